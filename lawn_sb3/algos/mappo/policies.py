@@ -1,0 +1,122 @@
+"""Actor-critics for centralised training and decentralised execution: the actor sees o_i, a subclass says what the
+critic sees."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.policies import ActorCriticPolicy
+from stable_baselines3.common.torch_layers import create_mlp
+from stable_baselines3.common.type_aliases import Schedule
+from torch import nn
+
+from lawn_sb3.envs.observation import ObservationLayout
+
+
+class ActorCriticExtractor(nn.Module):
+    """
+    Hidden layers of actor and critic, each fed by its own view of the flat observation.
+
+    :param policy: the policy, which says who sees what
+    :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
+    :param activation_fn: activation of the hidden layers
+    """
+
+    def __init__(self, policy: CTDEPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
+        super().__init__()
+        # A bound method in a plain tuple: the policy must not become a submodule of its own part.
+        self._views = (policy.actor_input, policy.critic_input)
+        probe = th.zeros(1, policy.layout.flat_dim)
+        pi, vf = net_arch["pi"], net_arch["vf"]
+        self.policy_net = nn.Sequential(*create_mlp(self._views[0](probe).shape[1], -1, pi, activation_fn))
+        self.value_net = nn.Sequential(*create_mlp(self._views[1](probe).shape[1], -1, vf, activation_fn))
+        self.latent_dim_pi = pi[-1]
+        self.latent_dim_vf = vf[-1]
+
+    def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
+        """
+        Run both.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: what the actor and the critic made of them
+        """
+        return self.forward_actor(flat), self.forward_critic(flat)
+
+    def forward_actor(self, flat: th.Tensor) -> th.Tensor:
+        """
+        Run the actor's hidden layers.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: its features [B, latent_dim_pi]
+        """
+        out: th.Tensor = self.policy_net(self._views[0](flat))
+        return out
+
+    def forward_critic(self, flat: th.Tensor) -> th.Tensor:
+        """
+        Run the critic's hidden layers.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: its features [B, latent_dim_vf]
+        """
+        out: th.Tensor = self.value_net(self._views[1](flat))
+        return out
+
+
+class CTDEPolicy(ActorCriticPolicy):
+    """
+    An SB3 actor-critic over the flat observation [o_i | x] whose actor sees o_i alone.
+
+    Subclasses override :meth:`critic_input`, and :meth:`actor_input` if the actor is to see less, or something else
+    made of o_i. Networks are the paper's by default: two hidden layers of 256 ReLU units each.
+
+    :param observation_space: the flat observation
+    :param action_space: the actions
+    :param lr_schedule: learning rate as a function of the progress remaining
+    :param layout: where o_i and x lie in the flat observation
+    :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
+    :param activation_fn: activation of the hidden layers
+    :param kwargs: what else SB3's ``ActorCriticPolicy`` takes
+    """
+
+    def __init__(
+        self,
+        observation_space: spaces.Box,
+        action_space: spaces.Discrete,
+        lr_schedule: Schedule,
+        layout: ObservationLayout,
+        net_arch: dict[str, list[int]] | None = None,
+        activation_fn: type[nn.Module] = nn.ReLU,
+        **kwargs: Any,
+    ) -> None:
+        self.layout = layout
+        net_arch = {"pi": [256, 256], "vf": [256, 256]} if net_arch is None else net_arch
+        super().__init__(observation_space, action_space, lr_schedule, net_arch, activation_fn, **kwargs)
+
+    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+        """
+        What the actor sees: o_i.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: the actor's input [B, anything]
+        """
+        return flat[:, self.layout.local]
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        """
+        What the critic sees.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: the critic's input [B, anything]
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not say what its critic sees: override critic_input")
+
+    def _build_mlp_extractor(self) -> None:
+        assert isinstance(self.net_arch, dict)
+        extractor = ActorCriticExtractor(self, self.net_arch, self.activation_fn)
+        self.mlp_extractor = extractor  # type: ignore[assignment]
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        return {**super()._get_constructor_parameters(), "layout": self.layout}

@@ -1,0 +1,102 @@
+"""Value normalisation that changes the critic's targets and nothing else (Section IV-B, Algorithm 1 line 9).
+
+The critic learns in normalised units; whoever else asks it for a value gets one in reward units, so generalised
+advantage estimation never sees the normalisation. When the statistics change, the last layer is rescaled so that no
+value in reward units changes with them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+import torch as th
+from numpy.typing import NDArray
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.type_aliases import RolloutBufferSamples
+from stable_baselines3.common.vec_env import VecNormalize
+from torch import nn
+
+
+class NormalizedValueHead(nn.Module):
+    """
+    The last layer of a critic, answering in reward units, or in normalised units while it is trained.
+
+    Before the first statistics its standard deviation is 0: every value is 0 in reward units, whatever the scale of
+    the rewards.
+
+    :param linear: the critic's last layer
+    """
+
+    mean: th.Tensor
+    std: th.Tensor
+
+    def __init__(self, linear: nn.Linear) -> None:
+        super().__init__()
+        self.linear = linear
+        self.register_buffer("mean", th.zeros((), dtype=th.float64))
+        self.register_buffer("std", th.zeros((), dtype=th.float64))
+        self._in_normalized_units = False
+
+    def forward(self, features: th.Tensor) -> th.Tensor:
+        """
+        Value of a state.
+
+        :param features: what the critic's hidden layers made of it [B, F]
+        :return: values [B, 1] in reward units, or normalised inside :meth:`normalized_units`
+        """
+        values: th.Tensor = self.linear(features)
+        if self._in_normalized_units:
+            return values
+        return (values * self.std + self.mean).to(values.dtype)
+
+    @contextmanager
+    def normalized_units(self) -> Iterator[None]:
+        """Answer in normalised units for the duration of a ``with`` block."""
+        self._in_normalized_units = True
+        try:
+            yield
+        finally:
+            self._in_normalized_units = False
+
+    def normalize(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+        """
+        Convert values from reward units to normalised units.
+
+        :param values: in reward units
+        :return: in normalised units
+        """
+        return ((values - self.mean.item()) / (self.std.item() or 1.0)).astype(np.float32)
+
+    @th.no_grad()
+    def update(self, returns: NDArray[np.float32]) -> None:
+        """
+        Take mean and standard deviation from the returns of a rollout.
+
+        :param returns: in reward units
+        """
+        mean, std = float(returns.mean(dtype=np.float64)), float(returns.std(dtype=np.float64))
+        if std == 0.0:  # constant returns say nothing about scale: keep the old one
+            std = self.std.item()
+        old_mean, old_std = self.mean.item(), self.std.item()
+        self.mean.fill_(mean)
+        self.std.fill_(std)
+        if old_std > 0.0:
+            self.linear.weight.mul_(old_std / std)
+            self.linear.bias.mul_(old_std).add_(old_mean - mean).div_(std)
+
+
+class NormalizedRolloutBuffer(RolloutBuffer):
+    """SB3's rollout buffer, handing out returns and old values in normalised units; advantages keep reward units."""
+
+    value_head: NormalizedValueHead | None = None
+
+    def _get_samples(self, batch_inds: NDArray[np.int64], env: VecNormalize | None = None) -> RolloutBufferSamples:
+        samples = super()._get_samples(batch_inds, env)
+        if self.value_head is None:
+            return samples
+        return samples._replace(
+            returns=self.to_torch(self.value_head.normalize(self.returns[batch_inds].flatten())),
+            old_values=self.to_torch(self.value_head.normalize(self.values[batch_inds].flatten())),
+        )

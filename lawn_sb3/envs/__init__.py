@@ -1,0 +1,7 @@
+"""The game as a learner sees it."""
+
+from lawn_sb3.envs.flatten import FlatVecEnv, make_vec_env
+from lawn_sb3.envs.observation import ObservationLayout, Observer
+from lawn_sb3.envs.training_env import TrainingEnv
+
+__all__ = ["FlatVecEnv", "ObservationLayout", "Observer", "TrainingEnv", "make_vec_env"]

@@ -1,0 +1,143 @@
+"""Many games in one environment, for training: nobody ever leaves, and a whole vector step is one compiled call."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import ParallelEnv
+
+from lawn_sb3.envs.observation import Observer
+from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
+from lawn_sb3.scenario import Scenario
+
+Timeout = Literal["terminal", "truncated"]
+
+
+class TrainingEnv(ParallelEnv):  # type: ignore[misc]
+    """
+    G games of N UAVs as one parallel environment of G x N agents; agent g * N + i is UAV i of game g.
+
+    Every agent observes the flat vector [o_i | x]. No agent ever terminates in PettingZoo's sense: a UAV whose mission
+    has ended goes on with its next one (``mission``), or waits for its game to restart (``episode``). A mission's end
+    shows in the agent's info, which is empty otherwise: ``episode`` (``r`` accumulated reward, ``l`` slots),
+    ``is_success``, ``utility_mbps``, ``terminal_observation`` and, with ``timeout="truncated"``,
+    ``TimeLimit.truncated``.
+
+    :param scenario: the constants of the game
+    :param num_games: number of games G
+    :param continuation: how UAVs that are done go on
+    :param timeout: whether missing the deadline is a terminal state, as eq:terminal has it, or a truncation
+    :param seed: seed of the missions
+    """
+
+    metadata: dict[str, Any] = {"name": "lawn_training_v0", "render_modes": []}
+    render_mode = None
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        num_games: int,
+        continuation: Continuation = "mission",
+        timeout: Timeout = "terminal",
+        seed: int | None = None,
+    ) -> None:
+        self.scenario = scenario
+        self.timeout = timeout
+        self.simulator = Simulator(scenario, num_games, seed, continuation)
+        self.observer = Observer(scenario)
+        self.layout = self.observer.layout
+        self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
+        self.agents = list(self.possible_agents)
+        self._observation_space = self.layout.flat_space()
+        self._action_space = spaces.Discrete(self.simulator.num_actions)
+        self._never = dict.fromkeys(self.possible_agents, False)
+        self._reward_sum = np.zeros((num_games, scenario.num_uavs))
+
+    def observation_space(self, agent: str) -> spaces.Box:
+        """Space of the flat observation, the same for all agents."""
+        return self._observation_space
+
+    def action_space(self, agent: str) -> spaces.Discrete:
+        """Space of the actions, the same for all agents."""
+        return self._action_space
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
+        """
+        Start all games anew.
+
+        :param seed: seed of the missions; without one the stream goes on
+        :param options: none are known
+        :return: observations and empty infos
+        """
+        self.simulator.reset(seed=seed)
+        self._reward_sum[:] = 0.0
+        return self._observe(), {agent: {} for agent in self.agents}
+
+    def step(
+        self, actions: dict[str, int]
+    ) -> tuple[
+        dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
+    ]:
+        """
+        Play one slot of all games.
+
+        :param actions: one action an agent
+        :return: observations, rewards, terminations and truncations (never), infos
+        """
+        chosen = np.fromiter((actions[agent] for agent in self.agents), dtype=np.int64, count=len(self.agents))
+        outcome = self.simulator.step(chosen.reshape(self._reward_sum.shape))
+        rewards = outcome.reward_terms.sum(axis=-1)
+        self._reward_sum += rewards
+        infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
+        self._report_ends(outcome.arrived, outcome.timed_out, outcome.utility_mbps, infos)
+        self.simulator.go_on()
+        reward_of = dict(zip(self.agents, rewards.ravel().tolist(), strict=True))
+        return self._observe(), reward_of, dict(self._never), dict(self._never), infos
+
+    def _report_ends(
+        self,
+        arrived: NDArray[np.bool_],
+        timed_out: NDArray[np.bool_],
+        utility_mbps: NDArray[np.float64],
+        infos: dict[str, dict[str, Any]],
+    ) -> None:
+        """Fill the infos of the missions that have just ended."""
+        ends = np.argwhere(arrived | timed_out)
+        if not len(ends):
+            return
+        last = self.observer.flat(self.simulator.state)
+        for g, i in ends:
+            info = infos[self.agents[g * self.scenario.num_uavs + i]]
+            info["episode"] = {"r": float(self._reward_sum[g, i]), "l": int(self.simulator.state.slot[g, i])}
+            info["is_success"] = bool(arrived[g, i])
+            info["utility_mbps"] = float(utility_mbps[g, i])
+            info["terminal_observation"] = last[g, i].copy()
+            if self.timeout == "truncated" and timed_out[g, i]:
+                info["TimeLimit.truncated"] = True
+            self._reward_sum[g, i] = 0.0
+
+    def _observe(self) -> dict[str, NDArray[np.float32]]:
+        flat = self.observer.flat(self.simulator.state)
+        return dict(zip(self.agents, flat.reshape(len(self.agents), -1), strict=True))
+
+    def snapshot(self) -> tuple[Snapshot, NDArray[np.float64]]:
+        """
+        Copy all that the future depends on.
+
+        :return: the simulator's snapshot and the rewards accumulated so far
+        """
+        return self.simulator.snapshot(), self._reward_sum.copy()
+
+    def restore(self, snapshot: tuple[Snapshot, NDArray[np.float64]]) -> None:
+        """
+        Go back to a snapshot.
+
+        :param snapshot: what :meth:`snapshot` returned
+        """
+        self.simulator.restore(snapshot[0])
+        self._reward_sum = snapshot[1].copy()

@@ -1,0 +1,71 @@
+"""What a user can get wrong, said in one line: what, where, and what is allowed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+
+from pydantic import BaseModel, ValidationError
+
+
+class UserError(ValueError):
+    """Bad input. The command line prints its one line and ends with status 2."""
+
+
+def unknown_name(what: str, name: str, known: Iterable[str]) -> UserError:
+    """
+    Build the refusal of a name that is not in a list.
+
+    :param what: what the name should have named, such as ``"scenario"``
+    :param name: the name that was given
+    :param known: the names that exist
+    :return: the error, naming the nearest known name where one is near
+    """
+    options = sorted(known)
+    near = difflib.get_close_matches(name, options, n=1)
+    hint = f" (did you mean {near[0]!r}?)" if near else ""
+    return UserError(f"unknown {what} {name!r}{hint}; known: {', '.join(options)}")
+
+
+def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserError:
+    """
+    Put pydantic's first complaint into one line.
+
+    :param error: what pydantic raised
+    :param model: the model that refused, for the list of its keys
+    :param where: the file or preset that the values came from
+    :return: the error: place, field, value given and what is allowed
+    """
+    first = error.errors()[0]
+    path = ".".join(str(part) for part in first["loc"])
+    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    if first["type"] == "extra_forbidden":
+        owner, key = _owner(model, first["loc"])
+        return UserError(f"{where}: {unknown_name(f'key {path!r}:', key, owner)}{more}")
+    message = first["msg"].removeprefix("Value error, ")
+    if first["type"] == "missing":
+        return UserError(f"{where}: {path} is missing{more}")
+    if not path:
+        return UserError(f"{where}: {message}{more}")
+    return UserError(f"{where}: {path} = {first['input']!r}: {message}{more}")
+
+
+def _owner(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[list[str], str]:
+    """Keys allowed at the place an unknown key was found, and that key."""
+    current: type[BaseModel] | None = model
+    for part in loc[:-1]:
+        field = current.model_fields.get(str(part)) if current else None
+        inner = _model_inside(field.annotation) if field else current
+        current = inner
+    return (list(current.model_fields) if current else []), str(loc[-1])
+
+
+def _model_inside(annotation: object) -> type[BaseModel] | None:
+    """The pydantic model in an annotation such as ``dict[str, Method]``."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    for argument in getattr(annotation, "__args__", ()):
+        found = _model_inside(argument)
+        if found is not None:
+            return found
+    return None

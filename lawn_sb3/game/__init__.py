@@ -1,0 +1,6 @@
+"""The paper's Sections II and III: the game itself, knowing nothing of learning."""
+
+from lawn_sb3.game.airspace import Missions, draw_missions
+from lawn_sb3.game.simulator import Simulator
+
+__all__ = ["Missions", "Simulator", "draw_missions"]

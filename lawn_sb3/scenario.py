@@ -1,0 +1,290 @@
+"""Every constant of the game: symbol, unit, bounds, and where its value comes from.
+
+The paper's Table I states some constants; the others were inferred from the figures it prints, or chosen where
+nothing in the paper depends on them. Where the text can be read in more than one way, the reading is a field too.
+The slot duration (delta_t) enters no equation of the paper, so it is no field.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, Self
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from lawn_sb3.errors import UserError, explain, unknown_name
+
+Source = Literal["stated", "inferred", "chosen"]
+
+
+def constant(default: Any, symbol: str, unit: str, source: Source, text: str, **bounds: Any) -> Any:
+    """
+    Declare one constant of the game.
+
+    :param default: its value in the preset ``paper``
+    :param symbol: the paper's symbol, or ``-`` where it has none
+    :param unit: the unit of the value
+    :param source: ``stated`` in the paper, ``inferred`` from its figures, or ``chosen`` by this kit
+    :param text: what it is, and for an inferred one the evidence
+    :param bounds: pydantic's bounds: ``gt, ge, lt, le``
+    :return: the pydantic field
+    """
+    extra: dict[str, Any] = {"symbol": symbol, "unit": unit, "source": source}
+    return Field(default, description=text, json_schema_extra=extra, **bounds)
+
+
+class Scenario(BaseModel):
+    """The constants and readings that define one game; frozen, and valid once it exists."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    name: str = Field("paper", description="what tables and run directories call this scenario")
+
+    # Airspace and flight (Section II-B)
+    num_uavs: int = constant(4, "N", "UAVs", "stated", "number of UAVs", ge=1)
+    width_voxels: int = constant(10, "W", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
+    length_voxels: int = constant(10, "L", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
+    voxel_size_m: float = constant(10.0, "Delta_s", "m", "stated", "edge of a voxel", gt=0)
+    min_altitude_m: float = constant(0.0, "h_min", "m", "chosen", "floor of the airspace; the paper names no value", ge=0)
+    max_altitude_m: float = constant(30.0, "h_max", "m", "inferred", "Table I's 30 read as metres: H = 3 voxels", gt=0)
+    max_voxel_steps: int = constant(3, "v_max", "voxels/slot", "stated", "most voxel steps a slot (L1)", ge=1)
+    max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1)
+
+    # Base stations and radio link (Section II-A)
+    gbs_grid: tuple[int, int] = constant((2, 2), "M", "GBSs", "stated", "columns and rows of the regular GBS grid")
+    gbs_layout: Literal["tile-centres", "corners"] = constant(
+        "tile-centres", "g_b", "-", "inferred", "where the regular grid lies: rate of Random 36.6 against 34.9 Mbps"
+    )
+    gbs_height_m: float = constant(0.0, "g_b", "m", "stated", "antenna height of the regular grid: ground level", ge=0)
+    gbs_positions_m: tuple[tuple[float, float, float], ...] | None = constant(
+        None, "g_b", "m", "chosen", "explicit GBS positions (x, y, z), instead of the regular grid"
+    )
+    rbs_per_gbs: int | tuple[int, ...] = constant(10, "K_b", "RBs", "stated", "RBs of every GBS, or one number a GBS")
+    rb_bandwidth_hz: float = constant(180e3, "Delta f", "Hz", "stated", "sub-bandwidth of an RB", gt=0)
+    path_loss_exponent: float = constant(2.0, "alpha", "-", "stated", "path-loss exponent", gt=0)
+    tx_power_dbm: float = constant(20.0, "P_tx", "dBm", "inferred", "transmit power per RB: rate of Random")
+    ref_gain_db: float = constant(-30.0, "beta_0", "dB", "inferred", "channel gain at 1 m: rate of Random")
+    noise_density_dbm_hz: float = constant(
+        -174.0, "sigma^2", "dBm/Hz", "inferred", "noise density; over one RB it gives sigma^2: rate of Random"
+    )
+
+    # Payoff (Section III)
+    ema_beta: float = constant(0.1, "beta", "-", "inferred", "smoothing of the EMA rate: weakly identified", gt=0, lt=1)
+    nav_weight: float = constant(0.5, "omega", "1/voxel", "inferred", "reward per voxel of progress: reward rows", ge=0)
+    collision_penalty: float = constant(1.0, "rho_col", "-", "inferred", "cost of a collision: reward of Random", ge=0)
+    fail_penalty: float = constant(5.0, "r_fail", "-", "inferred", "cost of a timeout: reward of Random", ge=0)
+
+    # Readings: where the text leaves more than one way to play
+    rate_unit: Literal["lone-uav", "mbps"] = constant(
+        "lone-uav", "-", "-", "inferred", "unit of rates inside rewards: a lone UAV one voxel from its GBS, or Mbps"
+    )
+    out_of_bounds: Literal["clip", "hover"] = constant(
+        "clip", "-", "-", "inferred", "a move out of the airspace is clipped by coordinate, or refused (hover)"
+    )
+    arrived_uav: Literal["leaves", "stays"] = constant(
+        "leaves", "-", "-", "inferred", "a UAV that has arrived frees its RBs and voxel, or keeps both"
+    )
+    arrival: Literal["slot-end", "fly-through"] = constant(
+        "slot-end", "-", "-", "inferred", "the destination counts at the end of a slot, or also on the way (x, y, z)"
+    )
+    bias_horizon: Literal["completion", "deadline"] = constant(
+        "completion", "T-bar", "slots", "inferred", "horizon of the EMA's bias correction: T_i, or T_max"
+    )
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        for problem in (self._altitude_problem(), self._gbs_problem(), self._size_problem()):
+            if problem:
+                raise ValueError(problem)
+        return self
+
+    def _altitude_problem(self) -> str | None:
+        low, high = self.min_altitude_m, self.max_altitude_m
+        if low >= high:
+            return f"min_altitude_m = {low:g} must lie below max_altitude_m = {high:g}"
+        layers = (high - low) / self.voxel_size_m
+        if abs(layers - round(layers)) > 1e-9 or round(layers) < 1:
+            return f"max_altitude_m - min_altitude_m = {high - low:g} m must be whole voxels of voxel_size_m = {self.voxel_size_m:g}"
+        return None
+
+    def _gbs_problem(self) -> str | None:
+        if min(self.gbs_grid) < 1:
+            return f"gbs_grid = {self.gbs_grid}: columns and rows must be at least 1"
+        if self.gbs_positions_m is not None and not self.gbs_positions_m:
+            return "gbs_positions_m must hold at least one position (x, y, z) in metres"
+        counts = self.rbs_per_gbs if isinstance(self.rbs_per_gbs, tuple) else (self.rbs_per_gbs,)
+        if not counts or min(counts) < 1:
+            return f"rbs_per_gbs = {self.rbs_per_gbs}: every GBS needs at least 1 RB"
+        if isinstance(self.rbs_per_gbs, tuple) and len(counts) != self.num_gbs:
+            return f"rbs_per_gbs names {len(counts)} GBSs, the scenario has {self.num_gbs}"
+        for b, site in enumerate(self.gbs_positions):
+            voxel = (site - self.voxel_centre((0, 0, 0))) / self.voxel_size_m
+            inside = np.all(voxel > -0.5) and np.all(voxel < np.array(self.grid) - 0.5)
+            if inside and np.allclose(voxel, np.round(voxel), atol=1e-6):
+                return f"GBS {b} at {tuple(site.tolist())} m lies on a voxel centre, where the link distance would be 0"
+        return None
+
+    def _size_problem(self) -> str | None:
+        if 2 * self.num_uavs > self.num_voxels:
+            return (
+                f"num_uavs = {self.num_uavs} needs {2 * self.num_uavs} distinct origins and destinations, "
+                f"the airspace has {self.num_voxels} voxels: at most {self.num_voxels // 2} UAVs"
+            )
+        return None
+
+    @property
+    def grid(self) -> tuple[int, int, int]:
+        """Airspace in voxels (W, L, H)."""
+        layers = round((self.max_altitude_m - self.min_altitude_m) / self.voxel_size_m)
+        return self.width_voxels, self.length_voxels, layers
+
+    @property
+    def num_voxels(self) -> int:
+        """Number of voxels, W * L * H."""
+        return math.prod(self.grid)
+
+    @property
+    def num_gbs(self) -> int:
+        """Number of base stations M."""
+        return len(self.gbs_positions_m) if self.gbs_positions_m is not None else math.prod(self.gbs_grid)
+
+    @property
+    def gbs_positions(self) -> NDArray[np.float64]:
+        """GBS positions g_b in metres, [M, 3]."""
+        if self.gbs_positions_m is not None:
+            return np.array(self.gbs_positions_m, dtype=np.float64)
+        columns, rows = self.gbs_grid
+        xs = self._sites(columns, self.width_voxels * self.voxel_size_m)
+        ys = self._sites(rows, self.length_voxels * self.voxel_size_m)
+        return np.array([(x, y, self.gbs_height_m) for x in xs for y in ys])
+
+    def _sites(self, count: int, extent_m: float) -> list[float]:
+        """Coordinates of ``count`` sites along one side of the area."""
+        if self.gbs_layout == "corners" and count > 1:
+            return [extent_m * k / (count - 1) for k in range(count)]
+        return [extent_m * (k + 0.5) / count for k in range(count)]
+
+    @property
+    def num_rbs(self) -> NDArray[np.int64]:
+        """RBs K_b of each GBS, [M]."""
+        return np.broadcast_to(np.array(self.rbs_per_gbs, dtype=np.int64), (self.num_gbs,)).copy()
+
+    @property
+    def noise_power_dbm(self) -> float:
+        """Noise power sigma^2 over one RB in dBm."""
+        return self.noise_density_dbm_hz + 10.0 * math.log10(self.rb_bandwidth_hz)
+
+    @property
+    def snr_at_1m(self) -> float:
+        """P_tx * beta_0 / sigma^2 of eq:rate, linear."""
+        return float(10.0 ** ((self.tx_power_dbm + self.ref_gain_db - self.noise_power_dbm) / 10.0))
+
+    def voxel_centre(self, voxel: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
+        """
+        Centre of a voxel, where the paper defines every position.
+
+        :param voxel: voxel coordinates, [..., 3]
+        :return: position in metres, [..., 3]
+        """
+        floor = np.array([0.0, 0.0, self.min_altitude_m])
+        return floor + (np.asarray(voxel) + 0.5) * self.voxel_size_m
+
+    def changed(self, **changes: Any) -> Scenario:
+        """
+        A copy with some constants changed, validated anew.
+
+        :param changes: field names and their new values
+        :return: the new scenario
+        :raises UserError: if the result would not be a valid scenario
+        """
+        return parse_scenario({**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
+
+    def to_yaml(self) -> str:
+        """The scenario as YAML that :func:`load_scenario` reads back."""
+        return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
+
+
+PRESETS: dict[str, Scenario] = {
+    "paper": Scenario(),
+    "as-printed": Scenario(name="as-printed", width_voxels=100, length_voxels=100, max_altitude_m=300.0),
+}
+
+
+def parse_scenario(values: dict[str, Any], where: str) -> Scenario:
+    """
+    Validate a mapping of constants.
+
+    :param values: field names and values; what is left out takes the value of the preset ``paper``
+    :param where: what to call the source of the values in an error
+    :return: the scenario
+    :raises UserError: one line naming the field, the value and what is allowed
+    """
+    try:
+        return Scenario.model_validate(values)
+    except ValidationError as error:
+        raise explain(error, Scenario, where) from None
+
+
+def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
+    """
+    Find a scenario and change some of its constants.
+
+    :param name: a preset (``paper``, ``as-printed``) or the path of a YAML file
+    :param overrides: changes written ``key=value``, the value in YAML, such as ``num_uavs=8``
+    :return: the scenario
+    :raises UserError: if there is no such scenario, or it is impossible
+    """
+    if name in PRESETS:
+        values = PRESETS[name].model_dump()
+    elif Path(name).suffix in {".yaml", ".yml"}:
+        values = read_yaml_mapping(Path(name), "scenario")
+        values.setdefault("name", Path(name).stem)
+    else:
+        raise unknown_name("scenario", name, [*PRESETS, "a path ending in .yaml"])
+    return parse_scenario({**values, **parse_overrides(overrides)}, where=f"scenario {name!r}")
+
+
+def parse_overrides(overrides: Sequence[str]) -> dict[str, Any]:
+    """
+    Read ``key=value`` changes.
+
+    :param overrides: the changes, each value in YAML
+    :return: keys and values
+    :raises UserError: if one has no ``=`` or its value is not YAML
+    """
+    changes: dict[str, Any] = {}
+    for text in overrides:
+        key, equals, value = text.partition("=")
+        if not equals or not key.strip():
+            raise UserError(f"--set {text!r}: expected key=value, such as num_uavs=8")
+        try:
+            changes[key.strip()] = yaml.safe_load(value)
+        except yaml.YAMLError:
+            raise UserError(f"--set {text!r}: the value is not valid YAML") from None
+    return changes
+
+
+def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
+    """
+    Read a YAML file that must hold a mapping.
+
+    :param path: the file
+    :param what: what the file should be, for the error
+    :return: its content
+    :raises UserError: if the file cannot be read, is not YAML or is no mapping
+    """
+    try:
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        line = str(error).splitlines()[0]
+        raise UserError(f"{what} file {str(path)!r} is not valid YAML: {line}") from None
+    if not isinstance(content, dict):
+        raise UserError(f"{what} file {str(path)!r} must hold keys and values, not {type(content).__name__}")
+    return content
