@@ -30,9 +30,9 @@ class FlatVecEnv(VecEnvWrapper):
     """
 
     def __init__(self, venv: VecEnv, games: Sequence[TrainingEnv], seed: int | None = None) -> None:
-        super().__init__(venv, observation_space=venv.observation_space, action_space=venv.action_space)
         self.games = list(games)
         self._slots = np.repeat(np.arange(len(self.games)), [len(game.possible_agents) for game in self.games])
+        super().__init__(venv, observation_space=venv.observation_space, action_space=venv.action_space)
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:

@@ -1,0 +1,193 @@
+"""The game as a strict PettingZoo environment: one game, UAVs leave when they are done, infos carry raw quantities."""
+
+from __future__ import annotations
+
+import warnings
+from typing import Any, Literal
+
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+from pettingzoo import ParallelEnv
+
+from lawn_sb3.envs.observation import Observer
+from lawn_sb3.envs.rendering import draw_picture, draw_text
+from lawn_sb3.envs.training_env import Timeout
+from lawn_sb3.errors import UserError
+from lawn_sb3.game.airspace import Missions
+from lawn_sb3.game.kernel import REWARD_TERMS
+from lawn_sb3.game.radio import rb_share
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import PRESETS, Scenario
+
+Observations = dict[str, NDArray[np.float32]]
+Infos = dict[str, dict[str, Any]]
+
+
+class LawnEnv(ParallelEnv):  # type: ignore[misc]
+    """
+    One game of N UAVs; each observes o_i (eq:obs), ``state()`` is the global state x (eq:global_state).
+
+    ``infos[uav]`` carries ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
+    corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_terms``; positions are in
+    voxels.
+
+    :param scenario: the constants of the game; the preset ``paper`` by default
+    :param timeout: whether missing the deadline terminates a UAV, as eq:terminal has it, or truncates it
+    :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, or none
+    :raises UserError: if the render mode is unknown
+    """
+
+    metadata: dict[str, Any] = {"name": "lawn_v0", "render_modes": ["ansi", "rgb_array"], "is_parallelizable": True}
+
+    def __init__(
+        self,
+        scenario: Scenario = PRESETS["paper"],
+        timeout: Timeout = "terminal",
+        render_mode: Literal["ansi", "rgb_array"] | None = None,
+    ) -> None:
+        if render_mode is not None and render_mode not in self.metadata["render_modes"]:
+            raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
+        self.scenario = scenario
+        self.timeout = timeout
+        self.render_mode = render_mode
+        self.simulator = Simulator(scenario)
+        self.observer = Observer(scenario)
+        self.layout = self.observer.layout
+        self.action_table = self.simulator.rules.actions
+        """Displacement in voxels of each action [A, 3]."""
+        self.possible_agents = [f"uav_{i}" for i in range(scenario.num_uavs)]
+        self.agents: list[str] = []
+        self.state_space = self.layout.state_space()
+        self._observation_spaces = {agent: self.layout.local_space() for agent in self.possible_agents}
+        self._action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
+
+    def observation_space(self, agent: str) -> spaces.Box:
+        """
+        Space of o_i.
+
+        :param agent: name of the UAV
+        :return: its observation space
+        """
+        return self._observation_spaces[agent]
+
+    def action_space(self, agent: str) -> spaces.Discrete:
+        """
+        Space of the actions, indices into ``action_table``.
+
+        :param agent: name of the UAV
+        :return: its action space
+        """
+        return self._action_spaces[agent]
+
+    def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
+        """
+        Start a game.
+
+        :param seed: seed of the missions; without one the stream goes on
+        :param options: ``{"missions": (origins, destinations)}`` sets them by hand, each [N, 3] in voxels
+        :return: observations and infos
+        :raises UserError: if a mission given by hand cannot be flown
+        """
+        options = dict(options or {})
+        missions = options.pop("missions", None)
+        for key in options:
+            warnings.warn(f"reset option {key!r} is unknown and ignored; known: 'missions'", stacklevel=2)
+        if missions is not None:
+            if len(missions) != 2:
+                raise UserError(f"option 'missions' holds {len(missions)} items, expected (origins, destinations)")
+            missions = Missions(*(np.asarray(part) for part in missions))
+        self.simulator.reset(seed=seed, missions=missions)
+        self.agents = list(self.possible_agents)
+        return self._observe(self.agents), {agent: self._first_info(i) for i, agent in enumerate(self.agents)}
+
+    def step(
+        self, actions: dict[str, int]
+    ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
+        """
+        Play one slot.
+
+        :param actions: one action a UAV in ``agents``
+        :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
+        :raises UserError: if an action is missing or not allowed
+        """
+        flew = self.agents
+        missing = [agent for agent in flew if agent not in actions]
+        if missing:
+            raise UserError(f"no action for {', '.join(missing)}: every UAV in the air needs one")
+        index = {agent: i for i, agent in enumerate(self.possible_agents)}
+        joint = np.zeros((1, len(index)), dtype=np.int64)
+        for agent in flew:
+            joint[0, index[agent]] = actions[agent]
+        outcome = self.simulator.step(joint)
+        arrived, timed_out = outcome.arrived[0], outcome.timed_out[0]
+        truncates = self.timeout == "truncated"
+        rewards = {agent: float(outcome.reward_terms[0, index[agent]].sum()) for agent in flew}
+        terminations = {agent: bool(arrived[i] or (timed_out[i] and not truncates)) for agent, i in index.items()}
+        truncations = {agent: bool(timed_out[i] and truncates) for agent, i in index.items()}
+        self.agents = [agent for agent in flew if not terminations[agent] and not truncations[agent]]
+        return (
+            self._observe(flew),
+            rewards,
+            {agent: terminations[agent] for agent in flew},
+            {agent: truncations[agent] for agent in flew},
+            {agent: self._info(index[agent]) for agent in flew},
+        )
+
+    def state(self) -> NDArray[np.float32]:
+        """
+        The global state x (eq:global_state).
+
+        :return: [state_dim]
+        """
+        return self.observer.state(self.simulator.state)[0]
+
+    def render(self) -> str | NDArray[np.uint8] | None:
+        """
+        Draw the game from above.
+
+        :return: text for ``ansi``, a picture [height, width, 3] for ``rgb_array``, nothing without a render mode
+        """
+        if self.render_mode == "ansi":
+            return draw_text(self.scenario, self.simulator.state)
+        if self.render_mode == "rgb_array":
+            return draw_picture(self.scenario, self.simulator.state)
+        return None
+
+    def close(self) -> None:
+        """Nothing to free."""
+
+    def _observe(self, agents: list[str]) -> Observations:
+        local = self.observer.local(self.simulator.state)[0]
+        return {agent: local[i].copy() for i, agent in enumerate(self.possible_agents) if agent in agents}
+
+    def _first_info(self, uav: int) -> dict[str, Any]:
+        """Info before the first slot: association is known, nothing has been rated yet."""
+        info = self._info(uav)
+        cell = int(self.simulator.rules.cell[tuple(info["position"])])
+        load = int(self.simulator.state.cell_load[0, cell])
+        share = rb_share(int(self.simulator.rules.num_rbs[cell]), load)
+        nothing = {"rate_mbps": 0.0, "corrected_rate_mbps": 0.0, "utility_mbps": 0.0}
+        flags = {"collided": False, "arrived": False, "timed_out": False}
+        terms = dict.fromkeys(REWARD_TERMS, 0.0)
+        return {**info, "cell": cell, "cell_load": load, "num_rbs": share, **nothing, **flags, "reward_terms": terms}
+
+    def _info(self, uav: int) -> dict[str, Any]:
+        state, outcome = self.simulator.state, self.simulator.outcome
+        return {
+            "position": state.position[0, uav].copy(),
+            "destination": state.destination[0, uav].copy(),
+            "cell": int(outcome.cell[0, uav]),
+            "cell_load": int(outcome.cell_load[0, uav]),
+            "num_rbs": int(outcome.num_rbs[0, uav]),
+            "rate_mbps": float(outcome.rate_mbps[0, uav]),
+            "ema_rate_mbps": float(state.ema_rate_mbps[0, uav]),
+            "corrected_rate_mbps": float(outcome.corrected_rate_mbps[0, uav]),
+            "slot": int(state.slot[0, uav]),
+            "min_slots": int(state.min_slots[0, uav]),
+            "collided": bool(outcome.collided[0, uav]),
+            "arrived": bool(outcome.arrived[0, uav]),
+            "timed_out": bool(outcome.timed_out[0, uav]),
+            "utility_mbps": float(outcome.utility_mbps[0, uav]),
+            "reward_terms": dict(zip(REWARD_TERMS, outcome.reward_terms[0, uav].tolist(), strict=True)),
+        }
