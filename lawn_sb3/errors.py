@@ -13,8 +13,7 @@ class UserError(ValueError):
 
 
 def unknown_name(what: str, name: str, known: Iterable[str]) -> UserError:
-    """
-    Build the refusal of a name that is not in a list.
+    """Build the refusal of a name that is not in a list.
 
     :param what: what the name should have named, such as ``"scenario"``
     :param name: the name that was given
@@ -28,8 +27,7 @@ def unknown_name(what: str, name: str, known: Iterable[str]) -> UserError:
 
 
 def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserError:
-    """
-    Put pydantic's first complaint into one line.
+    """Put pydantic's first complaint into one line.
 
     :param error: what pydantic raised
     :param model: the model that refused, for the list of its keys

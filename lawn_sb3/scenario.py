@@ -23,8 +23,7 @@ Source = Literal["stated", "inferred", "chosen"]
 
 
 def constant(default: Any, symbol: str, unit: str, source: Source, text: str, **bounds: Any) -> Any:
-    """
-    Declare one constant of the game.
+    """Declare one constant of the game.
 
     :param default: its value in the preset ``paper``
     :param symbol: the paper's symbol, or ``-`` where it has none
@@ -43,14 +42,16 @@ class Scenario(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    name: str = Field("paper", description="what tables and run directories call this scenario")
+    name: str = Field(default="paper", description="what tables and run directories call this scenario")
 
     # Airspace and flight (Section II-B)
     num_uavs: int = constant(4, "N", "UAVs", "stated", "number of UAVs", ge=1)
     width_voxels: int = constant(10, "W", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
     length_voxels: int = constant(10, "L", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
     voxel_size_m: float = constant(10.0, "Delta_s", "m", "stated", "edge of a voxel", gt=0)
-    min_altitude_m: float = constant(0.0, "h_min", "m", "chosen", "floor of the airspace; the paper names no value", ge=0)
+    min_altitude_m: float = constant(
+        0.0, "h_min", "m", "chosen", "floor of the airspace; the paper names no value", ge=0
+    )
     max_altitude_m: float = constant(30.0, "h_max", "m", "inferred", "Table I's 30 read as metres: H = 3 voxels", gt=0)
     max_voxel_steps: int = constant(3, "v_max", "voxels/slot", "stated", "most voxel steps a slot (L1)", ge=1)
     max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1)
@@ -109,7 +110,8 @@ class Scenario(BaseModel):
             return f"min_altitude_m = {low:g} must lie below max_altitude_m = {high:g}"
         layers = (high - low) / self.voxel_size_m
         if abs(layers - round(layers)) > 1e-9 or round(layers) < 1:
-            return f"max_altitude_m - min_altitude_m = {high - low:g} m must be whole voxels of voxel_size_m = {self.voxel_size_m:g}"
+            span = f"max_altitude_m - min_altitude_m = {high - low:g} m"
+            return f"{span} must be a whole number of voxels of voxel_size_m = {self.voxel_size_m:g} m"
         return None
 
     def _gbs_problem(self) -> str | None:
@@ -185,8 +187,7 @@ class Scenario(BaseModel):
         return float(10.0 ** ((self.tx_power_dbm + self.ref_gain_db - self.noise_power_dbm) / 10.0))
 
     def voxel_centre(self, voxel: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
-        """
-        Centre of a voxel, where the paper defines every position.
+        """Centre of a voxel, where the paper defines every position.
 
         :param voxel: voxel coordinates, [..., 3]
         :return: position in metres, [..., 3]
@@ -195,8 +196,7 @@ class Scenario(BaseModel):
         return floor + (np.asarray(voxel) + 0.5) * self.voxel_size_m
 
     def changed(self, **changes: Any) -> Scenario:
-        """
-        A copy with some constants changed, validated anew.
+        """A copy with some constants changed, validated anew.
 
         :param changes: field names and their new values
         :return: the new scenario
@@ -216,8 +216,7 @@ PRESETS: dict[str, Scenario] = {
 
 
 def parse_scenario(values: dict[str, Any], where: str) -> Scenario:
-    """
-    Validate a mapping of constants.
+    """Validate a mapping of constants.
 
     :param values: field names and values; what is left out takes the value of the preset ``paper``
     :param where: what to call the source of the values in an error
@@ -231,8 +230,7 @@ def parse_scenario(values: dict[str, Any], where: str) -> Scenario:
 
 
 def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
-    """
-    Find a scenario and change some of its constants.
+    """Find a scenario and change some of its constants.
 
     :param name: a preset (``paper``, ``as-printed``) or the path of a YAML file
     :param overrides: changes written ``key=value``, the value in YAML, such as ``num_uavs=8``
@@ -250,8 +248,7 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
 
 
 def parse_overrides(overrides: Sequence[str]) -> dict[str, Any]:
-    """
-    Read ``key=value`` changes.
+    """Read ``key=value`` changes.
 
     :param overrides: the changes, each value in YAML
     :return: keys and values
@@ -270,8 +267,7 @@ def parse_overrides(overrides: Sequence[str]) -> dict[str, Any]:
 
 
 def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
-    """
-    Read a YAML file that must hold a mapping.
+    """Read a YAML file that must hold a mapping.
 
     :param path: the file
     :param what: what the file should be, for the error

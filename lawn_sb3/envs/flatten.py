@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import supersuit
+from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
@@ -21,8 +22,7 @@ from lawn_sb3.scenario import Scenario
 
 
 class FlatVecEnv(VecEnvWrapper):
-    """
-    SB3's view of a flattened game: one slot a UAV, done at the end of each mission.
+    """SB3's view of a flattened game: one slot a UAV, done at the end of each mission.
 
     :param venv: what ``supersuit.concat_vec_envs_v1(..., base_class="stable_baselines3")`` returned
     :param games: the environments inside it, in order
@@ -36,8 +36,7 @@ class FlatVecEnv(VecEnvWrapper):
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """
-        Seed the missions from the next reset on, each environment inside with a stream of its own.
+        """Seed the missions from the next reset on, each environment inside with a stream of its own.
 
         :param seed: the seed; none draws one
         :return: the seed each slot's environment will be reset with
@@ -48,15 +47,14 @@ class FlatVecEnv(VecEnvWrapper):
         return [own[game] for game in self._slots]
 
     def reset(self) -> VecEnvObs:
-        """
-        Start all games anew; seeded if :meth:`seed` was called since the last reset.
+        """Start all games anew; seeded if :meth:`seed` was called since the last reset.
 
         :return: observations, one row a slot
         """
         observations = self.venv.reset()
         if self._next_seeds is not None:
             # SuperSuit drops the seed of a reset, so the games are reset once more, each with its own.
-            rows = []
+            rows: list[NDArray[np.float32]] = []
             for game, seed in zip(self.games, self._next_seeds, strict=True):
                 rows.extend(game.reset(seed=seed)[0].values())
             observations = np.stack(rows)
@@ -65,8 +63,7 @@ class FlatVecEnv(VecEnvWrapper):
         return observations
 
     def step_wait(self) -> VecEnvStepReturn:
-        """
-        Finish a step.
+        """Finish a step.
 
         :return: observations, rewards, dones (a mission ended) and infos, one a slot
         """
@@ -79,8 +76,7 @@ class FlatVecEnv(VecEnvWrapper):
         return [int(self._slots[index]) for index in self._get_indices(indices)]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """
-        Read an attribute of the environment behind each slot.
+        """Read an attribute of the environment behind each slot.
 
         :param attr_name: name of the attribute
         :param indices: slots, all by default
@@ -89,8 +85,7 @@ class FlatVecEnv(VecEnvWrapper):
         return [getattr(self.games[game], attr_name) for game in self._indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """
-        Write an attribute of the environments behind some slots.
+        """Write an attribute of the environments behind some slots.
 
         :param attr_name: name of the attribute
         :param value: its value
@@ -99,9 +94,10 @@ class FlatVecEnv(VecEnvWrapper):
         for game in set(self._indices(indices)):
             setattr(self.games[game], attr_name, value)
 
-    def env_method(self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any) -> list[Any]:
-        """
-        Call a method of the environments behind some slots, once each.
+    def env_method(
+        self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
+    ) -> list[Any]:
+        """Call a method of the environments behind some slots, once each.
 
         :param method_name: name of the method
         :param method_args: its positional arguments
@@ -116,8 +112,7 @@ class FlatVecEnv(VecEnvWrapper):
         return [results[game] for game in slots]
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """
-        Whether a Gymnasium wrapper lies around the environments: never, they are PettingZoo's.
+        """Whether a Gymnasium wrapper lies around the environments: never, they are PettingZoo's.
 
         :param wrapper_class: the wrapper
         :param indices: slots, all by default
@@ -135,8 +130,7 @@ def make_vec_env(
     continuation: Continuation = "mission",
     timeout: Timeout = "terminal",
 ) -> FlatVecEnv:
-    """
-    Flatten the game into a vector environment for SB3, through SuperSuit.
+    """Flatten the game into a vector environment for SB3, through SuperSuit.
 
     :param scenario: the constants of the game
     :param num_games: games G played in one compiled call

@@ -1,10 +1,11 @@
-"""What a UAV and a critic see: the local observation o_i (eq:obs), the global state x (eq:global_state), and where
-each lies in the flat vector [o_i | x]."""
+"""What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
+
+Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TypeVar
 
 import numpy as np
 from gymnasium import spaces
@@ -15,7 +16,6 @@ from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.scenario import Scenario
 
 Floats32 = NDArray[np.float32]
-Array = TypeVar("Array")
 
 POSITION_UNIT_VOXELS = 10.0
 """Positions are given in units of ten voxels, whatever the size of the airspace: one voxel stays visible."""
@@ -30,8 +30,7 @@ CELL = 4  # numbers a GBS contributes: load, position
 
 @dataclass(frozen=True)
 class ObservationLayout:
-    """
-    Where everything lies in the flat observation [o_i | x].
+    """Where everything lies in the flat observation [o_i | x].
 
     :param num_uavs: N
     :param num_gbs: M
@@ -114,8 +113,7 @@ class ObservationLayout:
 
 
 class Observer:
-    """
-    Reads observations off a simulator's state, in units that are the same for all methods.
+    """Reads observations off a simulator's state, in units that are the same for all methods.
 
     :param scenario: the scenario
     """
@@ -143,8 +141,7 @@ class Observer:
         return cells.reshape(len(cells), -1)
 
     def local(self, state: State) -> Floats32:
-        """
-        Local observations o_i (eq:obs).
+        """Local observations o_i (eq:obs).
 
         :param state: state of G games
         :return: one observation a UAV [G, N, local_dim]
@@ -152,8 +149,7 @@ class Observer:
         return self.flat(state)[..., self.layout.local]
 
     def state(self, state: State) -> Floats32:
-        """
-        Global states x (eq:global_state).
+        """Global states x (eq:global_state).
 
         :param state: state of G games
         :return: one global state a game [G, state_dim]
@@ -161,8 +157,7 @@ class Observer:
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
     def flat(self, state: State) -> Floats32:
-        """
-        Flat observations [o_i | x].
+        """Flat observations [o_i | x].
 
         :param state: state of G games
         :return: one observation a UAV [G, N, flat_dim]

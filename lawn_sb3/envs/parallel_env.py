@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -25,8 +25,7 @@ Infos = dict[str, dict[str, Any]]
 
 
 class LawnEnv(ParallelEnv):  # type: ignore[misc]
-    """
-    One game of N UAVs; each observes o_i (eq:obs), ``state()`` is the global state x (eq:global_state).
+    """One game of N UAVs; each observes o_i (eq:obs), ``state()`` is the global state x (eq:global_state).
 
     ``infos[uav]`` carries ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
     corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_terms``; positions are in
@@ -38,7 +37,11 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     :raises UserError: if the render mode is unknown
     """
 
-    metadata: dict[str, Any] = {"name": "lawn_v0", "render_modes": ["ansi", "rgb_array"], "is_parallelizable": True}
+    metadata: ClassVar[dict[str, Any]] = {
+        "name": "lawn_v0",
+        "render_modes": ["ansi", "rgb_array"],
+        "is_parallelizable": True,
+    }
 
     def __init__(
         self,
@@ -63,8 +66,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self._action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Box:
-        """
-        Space of o_i.
+        """Space of o_i.
 
         :param agent: name of the UAV
         :return: its observation space
@@ -72,8 +74,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         return self._observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Discrete:
-        """
-        Space of the actions, indices into ``action_table``.
+        """Space of the actions, indices into ``action_table``.
 
         :param agent: name of the UAV
         :return: its action space
@@ -81,8 +82,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         return self._action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
-        """
-        Start a game.
+        """Start a game.
 
         :param seed: seed of the missions; without one the stream goes on
         :param options: ``{"missions": (origins, destinations)}`` sets them by hand, each [N, 3] in voxels
@@ -104,8 +104,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     def step(
         self, actions: dict[str, int]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
-        """
-        Play one slot.
+        """Play one slot.
 
         :param actions: one action a UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
@@ -135,16 +134,15 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         )
 
     def state(self) -> NDArray[np.float32]:
-        """
-        The global state x (eq:global_state).
+        """The global state x (eq:global_state).
 
         :return: [state_dim]
         """
-        return self.observer.state(self.simulator.state)[0]
+        x: NDArray[np.float32] = self.observer.state(self.simulator.state)[0]
+        return x
 
     def render(self) -> str | NDArray[np.uint8] | None:
-        """
-        Draw the game from above.
+        """Draw the game from above.
 
         :return: text for ``ansi``, a picture [height, width, 3] for ``rgb_array``, nothing without a render mode
         """

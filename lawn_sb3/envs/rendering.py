@@ -15,8 +15,7 @@ UAV_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9",
 
 
 def draw_text(scenario: Scenario, state: State, game: int = 0) -> str:
-    """
-    Draw a game from above as text: north is up, digits are UAVs, letters their destinations, ``^`` a GBS.
+    """Draw a game from above as text: north is up, digits are UAVs, letters their destinations, ``^`` a GBS.
 
     :param scenario: the scenario
     :param state: state of the games
@@ -42,8 +41,7 @@ def draw_text(scenario: Scenario, state: State, game: int = 0) -> str:
 
 
 def draw_picture(scenario: Scenario, state: State, game: int = 0) -> NDArray[np.uint8]:
-    """
-    Draw a game from above as a picture: GBS cells, UAVs (dots), their destinations (crosses), altitude in metres.
+    """Draw a game from above as a picture: GBS cells, UAVs (dots), their destinations (crosses), altitude in metres.
 
     :param scenario: the scenario
     :param state: state of the games
@@ -62,10 +60,12 @@ def draw_picture(scenario: Scenario, state: State, game: int = 0) -> NDArray[np.
         faded = 1.0 if state.flying[game, i] else 0.3
         axes.plot(*destination[i, :2], "x", color=colour, markersize=9, markeredgewidth=2, alpha=faded)
         axes.plot(*position[i, :2], "o", color=colour, markersize=9, alpha=faded)
-        axes.annotate(f"{i} at {position[i, 2]:.0f} m", position[i, :2], (7, 5), textcoords="offset points", fontsize=8)
+        x_m, y_m, z_m = position[i]
+        axes.annotate(f"{i} at {z_m:.0f} m", (x_m, y_m), (7, 5), textcoords="offset points", fontsize=8)
     width_m, length_m = scenario.grid[0] * scenario.voxel_size_m, scenario.grid[1] * scenario.voxel_size_m
     axes.set(xlim=(0, width_m), ylim=(0, length_m), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     axes.set_title("triangles GBSs, dots UAVs, crosses destinations", fontsize=9)
     axes.grid(alpha=0.3)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
+    canvas.draw()  # type: ignore[no-untyped-call]
+    rgba = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+    return rgba[..., :3].copy()

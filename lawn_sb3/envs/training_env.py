@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from gymnasium import spaces
@@ -17,8 +17,7 @@ Timeout = Literal["terminal", "truncated"]
 
 
 class TrainingEnv(ParallelEnv):  # type: ignore[misc]
-    """
-    G games of N UAVs as one parallel environment of G x N agents; agent g * N + i is UAV i of game g.
+    """G games of N UAVs as one parallel environment of G x N agents; agent g * N + i is UAV i of game g.
 
     Every agent observes the flat vector [o_i | x]. No agent ever terminates in PettingZoo's sense: a UAV whose mission
     has ended goes on with its next one (``mission``), or waits for its game to restart (``episode``). A mission's end
@@ -33,7 +32,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param seed: seed of the missions
     """
 
-    metadata: dict[str, Any] = {"name": "lawn_training_v0", "render_modes": []}
+    metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
     render_mode = None
 
     def __init__(
@@ -67,8 +66,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
     ) -> tuple[dict[str, NDArray[np.float32]], dict[str, dict[str, Any]]]:
-        """
-        Start all games anew.
+        """Start all games anew.
 
         :param seed: seed of the missions; without one the stream goes on
         :param options: none are known
@@ -83,8 +81,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     ) -> tuple[
         dict[str, NDArray[np.float32]], dict[str, float], dict[str, bool], dict[str, bool], dict[str, dict[str, Any]]
     ]:
-        """
-        Play one slot of all games.
+        """Play one slot of all games.
 
         :param actions: one action an agent
         :return: observations, rewards, terminations and truncations (never), infos
@@ -126,16 +123,14 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         return dict(zip(self.agents, flat.reshape(len(self.agents), -1), strict=True))
 
     def snapshot(self) -> tuple[Snapshot, NDArray[np.float64]]:
-        """
-        Copy all that the future depends on.
+        """Copy all that the future depends on.
 
         :return: the simulator's snapshot and the rewards accumulated so far
         """
         return self.simulator.snapshot(), self._reward_sum.copy()
 
     def restore(self, snapshot: tuple[Snapshot, NDArray[np.float64]]) -> None:
-        """
-        Go back to a snapshot.
+        """Go back to a snapshot.
 
         :param snapshot: what :meth:`snapshot` returned
         """

@@ -23,8 +23,7 @@ class Missions(NamedTuple):
 
 
 def action_table(max_voxel_steps: int) -> Ints:
-    """
-    The action set A_i (eq:action_space): every displacement of L1 norm up to v_max.
+    """The action set A_i (eq:action_space): every displacement of L1 norm up to v_max.
 
     :param max_voxel_steps: v_max in voxels a slot
     :return: displacements in voxels [A, 3], sorted by L1 norm, so that action 0 hovers
@@ -37,8 +36,7 @@ def action_table(max_voxel_steps: int) -> Ints:
 
 @njit
 def is_inside(voxel: Voxel, grid: Voxel) -> bool:
-    """
-    Whether a voxel belongs to the airspace V.
+    """Whether a voxel belongs to the airspace V.
 
     :param voxel: coordinates
     :param grid: size of the airspace (W, L, H) in voxels
@@ -50,8 +48,7 @@ def is_inside(voxel: Voxel, grid: Voxel) -> bool:
 
 @njit
 def move(voxel: Voxel, displacement: Voxel, grid: Voxel, clip: bool) -> Voxel:
-    """
-    One move (eq:mobility) under the constraint q_i(t+1) in V.
+    """One move (eq:mobility) under the constraint q_i(t+1) in V.
 
     :param voxel: q_i(t)
     :param displacement: a_i(t) in voxels
@@ -69,8 +66,7 @@ def move(voxel: Voxel, displacement: Voxel, grid: Voxel, clip: bool) -> Voxel:
 
 @njit
 def stop_at(voxel: Voxel, target: Voxel, destination: Voxel) -> Voxel:
-    """
-    Where a UAV ends a slot that may end early at its destination (reading ``arrival: fly-through``).
+    """Where a UAV ends a slot that may end early at its destination (reading ``arrival: fly-through``).
 
     The way from voxel to voxel is flown along x, then y, then z.
 
@@ -88,8 +84,7 @@ def stop_at(voxel: Voxel, target: Voxel, destination: Voxel) -> Voxel:
 
 @njit
 def min_slots(origin: Voxel, destination: Voxel, max_voxel_steps: int) -> int:
-    """
-    Least flight time T_i^min (eq:tmin): L1 distance over v_max, rounded up.
+    """Least flight time T_i^min (eq:tmin): L1 distance over v_max, rounded up.
 
     :param origin: q_i^0
     :param destination: d_i
@@ -102,8 +97,7 @@ def min_slots(origin: Voxel, destination: Voxel, max_voxel_steps: int) -> int:
 
 @njit
 def distance(voxel: Voxel, other: Voxel) -> float:
-    """
-    Euclidean distance of eq:reward_nav.
+    """Euclidean distance of eq:reward_nav.
 
     :param voxel: one voxel
     :param other: another
@@ -114,9 +108,10 @@ def distance(voxel: Voxel, other: Voxel) -> float:
 
 
 @njit
-def draw_voxel(rng: np.random.Generator, grid: Voxel, positions: Ints, destinations: Ints, flying: NDArray[np.bool_]) -> Voxel:
-    """
-    A voxel drawn uniformly among those that nobody flying is in or heads for.
+def draw_voxel(
+    rng: np.random.Generator, grid: Voxel, positions: Ints, destinations: Ints, flying: NDArray[np.bool_]
+) -> Voxel:
+    """A voxel drawn uniformly among those that nobody flying is in or heads for.
 
     :param rng: source of randomness
     :param grid: size of the airspace (W, L, H) in voxels
@@ -126,7 +121,7 @@ def draw_voxel(rng: np.random.Generator, grid: Voxel, positions: Ints, destinati
     :return: the voxel
     """
     while True:
-        x, y, z = rng.integers(0, grid[0]), rng.integers(0, grid[1]), rng.integers(0, grid[2])
+        x, y, z = int(rng.integers(0, grid[0])), int(rng.integers(0, grid[1])), int(rng.integers(0, grid[2]))
         free = True
         for j in range(len(flying)):
             if flying[j]:
@@ -141,8 +136,7 @@ def draw_voxel(rng: np.random.Generator, grid: Voxel, positions: Ints, destinati
 def draw_mission(
     rng: np.random.Generator, grid: Voxel, positions: Ints, destinations: Ints, flying: NDArray[np.bool_], uav: int
 ) -> None:
-    """
-    Give one UAV an origin and a destination that overlap with nobody's, and let it fly.
+    """Give one UAV an origin and a destination that overlap with nobody's, and let it fly.
 
     :param rng: source of randomness
     :param grid: size of the airspace (W, L, H) in voxels
@@ -170,8 +164,7 @@ def _draw_games(rng: np.random.Generator, grid: Voxel, origins: Ints, destinatio
 
 
 def draw_missions(scenario: Scenario, num_games: int, rng: np.random.Generator) -> Missions:
-    """
-    Random missions: all origins and destinations of a game are distinct voxels.
+    """Random missions: all origins and destinations of a game are distinct voxels.
 
     :param scenario: the scenario
     :param num_games: number of games G
@@ -185,8 +178,7 @@ def draw_missions(scenario: Scenario, num_games: int, rng: np.random.Generator) 
 
 
 def check_missions(scenario: Scenario, missions: Missions, num_games: int) -> Missions:
-    """
-    Validate missions given by hand.
+    """Validate missions given by hand.
 
     :param scenario: the scenario
     :param missions: origins and destinations in voxels, each [G, N, 3] or, for all games alike, [N, 3]
@@ -206,7 +198,9 @@ def check_missions(scenario: Scenario, missions: Missions, num_games: int) -> Mi
         outside = np.argwhere(((array < 0) | (array >= np.array(scenario.grid))).any(axis=-1))
         if len(outside):
             g, i = outside[0]
-            raise UserError(f"{what} of UAV {i} in game {g} {array[g, i].tolist()} lies outside the grid {scenario.grid}")
+            raise UserError(
+                f"{what} of UAV {i} in game {g} {array[g, i].tolist()} lies outside the grid {scenario.grid}"
+            )
         arrays.append(array)
     origins, destinations = arrays
     still = np.argwhere((origins == destinations).all(axis=-1))

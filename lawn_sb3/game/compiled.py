@@ -24,8 +24,7 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """
-    Compile a function with Numba, keeping its type for the type checker.
+    """Compile a function with Numba, keeping its type for the type checker.
 
     :param function: a function in Numba's subset of Python
     :return: the compiled function

@@ -73,8 +73,7 @@ class Outcome(NamedTuple):
 
 
 def build_rules(scenario: Scenario) -> Rules:
-    """
-    Work out what the compiled step needs from a scenario.
+    """Work out what the compiled step needs from a scenario.
 
     :param scenario: the scenario
     :return: its tables and constants
@@ -101,8 +100,7 @@ def build_rules(scenario: Scenario) -> Rules:
 
 
 def empty_state(num_games: int, num_uavs: int, num_gbs: int) -> State:
-    """
-    Arrays for the state of some games, all zero.
+    """Arrays for the state of some games, all zero.
 
     :param num_games: G
     :param num_uavs: N
@@ -122,8 +120,7 @@ def empty_state(num_games: int, num_uavs: int, num_gbs: int) -> State:
 
 
 def empty_outcome(num_games: int, num_uavs: int) -> Outcome:
-    """
-    Arrays for the outcome of a slot, all zero.
+    """Arrays for the outcome of a slot, all zero.
 
     :param num_games: G
     :param num_uavs: N
@@ -147,8 +144,7 @@ def empty_outcome(num_games: int, num_uavs: int) -> Outcome:
 
 @njit
 def voxel_of(voxels: Ints, game: int, uav: int) -> Voxel:
-    """
-    One voxel out of an array; three numbers cost less in compiled code than a view of the array.
+    """One voxel out of an array; three numbers cost less in compiled code than a view of the array.
 
     :param voxels: voxels of all UAVs [G, N, 3]
     :param game: index of the game
@@ -160,8 +156,7 @@ def voxel_of(voxels: Ints, game: int, uav: int) -> Voxel:
 
 @njit
 def count_loads(rules: Rules, state: State) -> None:
-    """
-    Cell loads n_b = |U_b| of all games.
+    """Cell loads n_b = |U_b| of all games.
 
     :param rules: the game's constants
     :param state: the state; ``cell_load`` is written
@@ -177,8 +172,7 @@ def count_loads(rules: Rules, state: State) -> None:
 
 @njit
 def move_uavs(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> None:
-    """
-    Move all UAVs (eq:mobility) and reward their progress.
+    """Move all UAVs (eq:mobility) and reward their progress.
 
     :param rules: the game's constants
     :param state: the state; ``position`` is written
@@ -204,8 +198,7 @@ def move_uavs(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> No
 
 @njit
 def mark_collisions(rules: Rules, state: State, outcome: Outcome) -> None:
-    """
-    Find the UAVs that violate eq:collision, all UAVs moved.
+    """Find the UAVs that violate eq:collision, all UAVs moved.
 
     :param rules: the game's constants
     :param state: the state
@@ -225,8 +218,7 @@ def mark_collisions(rules: Rules, state: State, outcome: Outcome) -> None:
 
 @njit
 def rate_uavs(rules: Rules, state: State, outcome: Outcome) -> None:
-    """
-    Associate, share RBs and rate all UAVs, all UAVs moved and loads counted.
+    """Associate, share RBs and rate all UAVs, all UAVs moved and loads counted.
 
     :param rules: the game's constants
     :param state: the state
@@ -251,8 +243,7 @@ def rate_uavs(rules: Rules, state: State, outcome: Outcome) -> None:
 
 @njit
 def judge_uavs(rules: Rules, state: State, outcome: Outcome) -> None:
-    """
-    Advance clocks, EMA rates and utilities; judge arrival and deadline.
+    """Advance clocks, EMA rates and utilities; judge arrival and deadline.
 
     :param rules: the game's constants
     :param state: the state; ``slot`` and ``ema_rate_mbps`` are written
@@ -288,8 +279,7 @@ def judge_uavs(rules: Rules, state: State, outcome: Outcome) -> None:
 
 @njit
 def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> None:
-    """
-    Advance all games by one slot; UAVs that are done stop flying.
+    """Advance all games by one slot; UAVs that are done stop flying.
 
     :param rules: the game's constants
     :param state: the state; written
@@ -310,8 +300,7 @@ def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> N
 
 @njit
 def start_mission(rules: Rules, state: State, game: int, uav: int) -> None:
-    """
-    Set the clock, the EMA rate and T_min of a UAV that stands at its origin.
+    """Set the clock, the EMA rate and T_min of a UAV that stands at its origin.
 
     :param rules: the game's constants
     :param state: the state
@@ -327,8 +316,7 @@ def start_mission(rules: Rules, state: State, game: int, uav: int) -> None:
 
 @njit
 def start_games(rules: Rules, state: State) -> None:
-    """
-    Start the missions of all UAVs, which stand at their origins.
+    """Start the missions of all UAVs, which stand at their origins.
 
     :param rules: the game's constants
     :param state: the state; written
@@ -341,8 +329,7 @@ def start_games(rules: Rules, state: State) -> None:
 
 @njit
 def renew_missions(rules: Rules, state: State, rng: np.random.Generator, whole_games: bool) -> None:
-    """
-    Give UAVs that are done a new mission.
+    """Give UAVs that are done a new mission.
 
     :param rules: the game's constants
     :param state: the state; written

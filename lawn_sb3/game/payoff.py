@@ -10,8 +10,7 @@ from lawn_sb3.game.compiled import njit
 
 @njit
 def ema_rate(previous_mbps: float, rate_mbps: float, beta: float) -> float:
-    """
-    Exponential moving average R-bar_i(t) of the rate (eq:ema).
+    """Exponential moving average R-bar_i(t) of the rate (eq:ema).
 
     :param previous_mbps: R-bar_i(t-1), 0 before the first slot
     :param rate_mbps: R_i(t)
@@ -23,8 +22,7 @@ def ema_rate(previous_mbps: float, rate_mbps: float, beta: float) -> float:
 
 @njit
 def corrected_rate(ema_mbps: float, beta: float, slots: int) -> float:
-    """
-    Bias-corrected EMA rate R-hat_i (below eq:utility).
+    """Bias-corrected EMA rate R-hat_i (below eq:utility).
 
     :param ema_mbps: R-bar_i in Mbps
     :param beta: smoothing factor in (0, 1)
@@ -38,8 +36,7 @@ def corrected_rate(ema_mbps: float, beta: float, slots: int) -> float:
 
 @njit
 def utility(corrected_mbps: float, min_slots: int, slots: int) -> float:
-    """
-    Utility U_i of a completed mission (eq:utility).
+    """Utility U_i of a completed mission (eq:utility).
 
     :param corrected_mbps: R-hat_i(T_i) in Mbps
     :param min_slots: T_i^min
@@ -50,8 +47,7 @@ def utility(corrected_mbps: float, min_slots: int, slots: int) -> float:
 
 
 def welfare(utilities_mbps: NDArray[np.float64]) -> NDArray[np.float64]:
-    """
-    Social welfare W (eq:welfare).
+    """Social welfare W (eq:welfare).
 
     :param utilities_mbps: U_i of every UAV, 0 for a failed mission [..., N]
     :return: their sum in Mbps [...]
@@ -61,8 +57,7 @@ def welfare(utilities_mbps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @njit
 def reward_rate(ema_before_mbps: float, ema_after_mbps: float, rate_unit_mbps: float) -> float:
-    """
-    Rate-quality reward (eq:reward_rate).
+    """Rate-quality reward (eq:reward_rate).
 
     :param ema_before_mbps: R-bar_i(t)
     :param ema_after_mbps: R-bar_i(t+1)
@@ -74,8 +69,7 @@ def reward_rate(ema_before_mbps: float, ema_after_mbps: float, rate_unit_mbps: f
 
 @njit
 def reward_nav(distance_before: float, distance_after: float, nav_weight: float) -> float:
-    """
-    Navigation reward (eq:reward_nav).
+    """Navigation reward (eq:reward_nav).
 
     :param distance_before: ||q_i(t) - d_i|| in voxels
     :param distance_after: ||q_i(t+1) - d_i|| in voxels
@@ -87,8 +81,7 @@ def reward_nav(distance_before: float, distance_after: float, nav_weight: float)
 
 @njit
 def reward_col(collided: bool, collision_penalty: float) -> float:
-    """
-    Collision reward (eq:reward_col).
+    """Collision reward (eq:reward_col).
 
     :param collided: whether another UAV is in the same voxel at t+1
     :param collision_penalty: rho_col
@@ -98,9 +91,10 @@ def reward_col(collided: bool, collision_penalty: float) -> float:
 
 
 @njit
-def reward_term(arrived: bool, timed_out: bool, utility_mbps: float, rate_unit_mbps: float, fail_penalty: float) -> float:
-    """
-    Terminal reward (eq:terminal).
+def reward_term(
+    arrived: bool, timed_out: bool, utility_mbps: float, rate_unit_mbps: float, fail_penalty: float
+) -> float:
+    """Terminal reward (eq:terminal).
 
     :param arrived: the destination was reached in time
     :param timed_out: the deadline passed without

@@ -15,8 +15,7 @@ Ints = NDArray[np.int64]
 
 
 def link_distances_m(position_m: Floats, gbs_positions_m: Floats) -> Floats:
-    """
-    Distances ||q_i - g_b|| from a position to every GBS.
+    """Distances ||q_i - g_b|| from a position to every GBS.
 
     :param position_m: positions in metres [..., 3]
     :param gbs_positions_m: GBS positions in metres [M, 3]
@@ -26,8 +25,7 @@ def link_distances_m(position_m: Floats, gbs_positions_m: Floats) -> Floats:
 
 
 def nearest_gbs(distances_m: Floats) -> Ints:
-    """
-    The association rule b_i = argmin_k ||q_i - g_k||; a tie goes to the lower index.
+    """The association rule b_i = argmin_k ||q_i - g_k||; a tie goes to the lower index.
 
     :param distances_m: distances to every GBS in metres [..., M]
     :return: index of the serving GBS [...]
@@ -38,8 +36,7 @@ def nearest_gbs(distances_m: Floats) -> Ints:
 
 @njit
 def rb_share(num_rbs: int, cell_load: int) -> int:
-    """
-    Equal RB allocation kappa_{b,i} (eq:rb).
+    """Equal RB allocation kappa_{b,i} (eq:rb).
 
     :param num_rbs: RBs K_b of the GBS
     :param cell_load: UAVs n_b it serves, at least 1
@@ -49,8 +46,7 @@ def rb_share(num_rbs: int, cell_load: int) -> int:
 
 
 def rb_rate_mbps(distance_m: Floats, snr_at_1m: float, path_loss_exponent: float, rb_bandwidth_hz: float) -> Floats:
-    """
-    Rate over a single RB: eq:rate with kappa = 1.
+    """Rate over a single RB: eq:rate with kappa = 1.
 
     :param distance_m: link distance in metres, above 0
     :param snr_at_1m: P_tx * beta_0 / sigma^2, linear
@@ -64,8 +60,7 @@ def rb_rate_mbps(distance_m: Floats, snr_at_1m: float, path_loss_exponent: float
 
 @njit
 def achievable_rate_mbps(num_rbs: int, single_rb_rate_mbps: float) -> float:
-    """
-    Achievable rate R_i (eq:rate).
+    """Achievable rate R_i (eq:rate).
 
     :param num_rbs: RBs kappa of the UAV
     :param single_rb_rate_mbps: what one RB carries where the UAV is, from :func:`rb_rate_mbps`
@@ -84,13 +79,12 @@ class RadioMap(NamedTuple):
 
 
 def radio_map(scenario: Scenario) -> RadioMap:
-    """
-    Evaluate association and rate in every voxel.
+    """Evaluate association and rate in every voxel.
 
     :param scenario: the scenario
     :return: the map
     """
-    voxels = np.stack(np.indices(scenario.grid), axis=-1)
+    voxels = np.moveaxis(np.indices(scenario.grid), 0, -1)
     distances_m = link_distances_m(scenario.voxel_centre(voxels), scenario.gbs_positions)
     cell = nearest_gbs(distances_m)
     serving_m = np.take_along_axis(distances_m, cell[..., None], axis=-1)[..., 0]
@@ -99,8 +93,7 @@ def radio_map(scenario: Scenario) -> RadioMap:
 
 
 def rate_unit_mbps(scenario: Scenario) -> float:
-    """
-    The unit of rates and utilities inside the rewards (reading ``rate_unit``).
+    """The unit of rates and utilities inside the rewards (reading ``rate_unit``).
 
     :param scenario: the scenario
     :return: Mbps; for ``lone-uav`` the rate of a UAV alone in its cell, one voxel away from its GBS

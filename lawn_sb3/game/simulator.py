@@ -34,8 +34,7 @@ class Snapshot(NamedTuple):
 
 
 class Simulator:
-    """
-    G games of N UAVs that share one airspace each.
+    """G games of N UAVs that share one airspace each.
 
     ``step`` plays one slot; UAVs that are done stop flying and stay down until ``go_on`` gives them something to do:
     with ``mission`` a new mission at once (Algorithm 1), with ``episode`` a new game once all of theirs are done.
@@ -70,8 +69,7 @@ class Simulator:
         return len(self.rules.actions)
 
     def reset(self, seed: Seed = None, missions: Missions | None = None) -> None:
-        """
-        Start all games anew.
+        """Start all games anew.
 
         :param seed: seed of the missions; without one the stream goes on, at first from fresh entropy
         :param missions: origins and destinations to fly, in voxels; drawn at random if left out
@@ -89,8 +87,7 @@ class Simulator:
         start_games(self.rules, self.state)
 
     def step(self, actions: NDArray[np.integer[Any]]) -> Outcome:
-        """
-        Play one slot of every game.
+        """Play one slot of every game.
 
         :param actions: indices into ``rules.actions`` [G, N]; those of UAVs that are not flying are ignored
         :return: what the slot gave; the arrays are overwritten by the next step
@@ -109,17 +106,14 @@ class Simulator:
         renew_missions(self.rules, self.state, self._rng, self.continuation == "episode")
 
     def snapshot(self) -> Snapshot:
-        """
-        Copy all that the future depends on, random state included.
+        """Copy all that the future depends on, random state included.
 
         :return: the copy
         """
-        state = State(*(array.copy() for array in self.state))
-        return Snapshot(state, copy.deepcopy(dict(self._rng.bit_generator.state)))
+        return Snapshot(copy.deepcopy(self.state), copy.deepcopy(dict(self._rng.bit_generator.state)))
 
     def restore(self, snapshot: Snapshot) -> None:
-        """
-        Go back to a snapshot of this simulator or of one of the same shape.
+        """Go back to a snapshot of this simulator or of one of the same shape.
 
         :param snapshot: what :meth:`snapshot` returned
         :raises UserError: if it was taken from games of another shape
@@ -127,6 +121,6 @@ class Simulator:
         for mine, theirs in zip(self.state, snapshot.state, strict=True):
             if mine.shape != theirs.shape:
                 raise UserError(f"the snapshot holds arrays of shape {theirs.shape}, this simulator {mine.shape}")
-        self.state = State(*(array.copy() for array in snapshot.state))
+        self.state = copy.deepcopy(snapshot.state)
         self._rng = np.random.default_rng()
         self._rng.bit_generator.state = copy.deepcopy(snapshot.random_state)

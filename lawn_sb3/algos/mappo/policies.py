@@ -1,5 +1,7 @@
-"""Actor-critics for centralised training and decentralised execution: the actor sees o_i, a subclass says what the
-critic sees."""
+"""Actor-critics for centralised training and decentralised execution: the actor sees o_i.
+
+What the critic sees is for a subclass to say.
+"""
 
 from __future__ import annotations
 
@@ -16,8 +18,7 @@ from lawn_sb3.envs.observation import ObservationLayout
 
 
 class ActorCriticExtractor(nn.Module):
-    """
-    Hidden layers of actor and critic, each fed by its own view of the flat observation.
+    """Hidden layers of actor and critic, each fed by its own view of the flat observation.
 
     :param policy: the policy, which says who sees what
     :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
@@ -36,8 +37,7 @@ class ActorCriticExtractor(nn.Module):
         self.latent_dim_vf = vf[-1]
 
     def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
-        """
-        Run both.
+        """Run both.
 
         :param flat: flat observations [B, flat_dim]
         :return: what the actor and the critic made of them
@@ -45,8 +45,7 @@ class ActorCriticExtractor(nn.Module):
         return self.forward_actor(flat), self.forward_critic(flat)
 
     def forward_actor(self, flat: th.Tensor) -> th.Tensor:
-        """
-        Run the actor's hidden layers.
+        """Run the actor's hidden layers.
 
         :param flat: flat observations [B, flat_dim]
         :return: its features [B, latent_dim_pi]
@@ -55,8 +54,7 @@ class ActorCriticExtractor(nn.Module):
         return out
 
     def forward_critic(self, flat: th.Tensor) -> th.Tensor:
-        """
-        Run the critic's hidden layers.
+        """Run the critic's hidden layers.
 
         :param flat: flat observations [B, flat_dim]
         :return: its features [B, latent_dim_vf]
@@ -66,8 +64,7 @@ class ActorCriticExtractor(nn.Module):
 
 
 class CTDEPolicy(ActorCriticPolicy):
-    """
-    An SB3 actor-critic over the flat observation [o_i | x] whose actor sees o_i alone.
+    """An SB3 actor-critic over the flat observation [o_i | x] whose actor sees o_i alone.
 
     Subclasses override :meth:`critic_input`, and :meth:`actor_input` if the actor is to see less, or something else
     made of o_i. Networks are the paper's by default: two hidden layers of 256 ReLU units each.
@@ -96,8 +93,7 @@ class CTDEPolicy(ActorCriticPolicy):
         super().__init__(observation_space, action_space, lr_schedule, net_arch, activation_fn, **kwargs)
 
     def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        """
-        What the actor sees: o_i.
+        """What the actor sees: o_i.
 
         :param flat: flat observations [B, flat_dim]
         :return: the actor's input [B, anything]
@@ -105,8 +101,7 @@ class CTDEPolicy(ActorCriticPolicy):
         return flat[:, self.layout.local]
 
     def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        """
-        What the critic sees.
+        """What the critic sees.
 
         :param flat: flat observations [B, flat_dim]
         :return: the critic's input [B, anything]

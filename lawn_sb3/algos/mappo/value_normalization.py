@@ -20,8 +20,7 @@ from torch import nn
 
 
 class NormalizedValueHead(nn.Module):
-    """
-    The last layer of a critic, answering in reward units, or in normalised units while it is trained.
+    """The last layer of a critic, answering in reward units, or in normalised units while it is trained.
 
     Before the first statistics its standard deviation is 0: every value is 0 in reward units, whatever the scale of
     the rewards.
@@ -40,8 +39,7 @@ class NormalizedValueHead(nn.Module):
         self._in_normalized_units = False
 
     def forward(self, features: th.Tensor) -> th.Tensor:
-        """
-        Value of a state.
+        """Value of a state.
 
         :param features: what the critic's hidden layers made of it [B, F]
         :return: values [B, 1] in reward units, or normalised inside :meth:`normalized_units`
@@ -61,8 +59,7 @@ class NormalizedValueHead(nn.Module):
             self._in_normalized_units = False
 
     def normalize(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
-        """
-        Convert values from reward units to normalised units.
+        """Convert values from reward units to normalised units.
 
         :param values: in reward units
         :return: in normalised units
@@ -71,8 +68,7 @@ class NormalizedValueHead(nn.Module):
 
     @th.no_grad()
     def update(self, returns: NDArray[np.float32]) -> None:
-        """
-        Take mean and standard deviation from the returns of a rollout.
+        """Take mean and standard deviation from the returns of a rollout.
 
         :param returns: in reward units
         """

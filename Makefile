@@ -1,0 +1,47 @@
+# Every target works on a fresh machine with Python 3.11+ and make: the virtual environment is built on first use.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+JOBS ?= 2
+
+.DEFAULT_GOAL := help
+.PHONY: help install test lint format reproduce report bench clean
+
+help: ## list the targets
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
+
+$(VENV)/installed: requirements.lock setup.cfg pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+		{ echo "lawn-sb3 needs Python 3.11 or newer; '$(PYTHON)' is older. Try: make PYTHON=python3.11 $(MAKECMDGOALS)"; exit 2; }
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --requirement requirements.lock
+	$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+install: $(VENV)/installed ## build .venv from requirements.lock
+
+test: install ## run all tests
+	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+lint: install ## check style, types and the arrows between the folders
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports --no-logo
+
+format: install ## put the code into the house style
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
+	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)
+
+report: install ## rebuild the tables and figures of runs/paper.yaml from what its runs left
+	$(BIN)/lawn-sb3 report runs/paper.yaml
+
+bench: install ## measure the speed of simulator, environment and training
+	$(BIN)/lawn-sb3 bench
+
+clean: ## remove the virtual environment and caches, keep runs
+	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,0 +1,1 @@
+"""Networks that can be swapped: one file, one policy class; ``--policy NAME`` finds ``policies/NAME.py``."""
