@@ -247,10 +247,11 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
     return parse_scenario({**values, **parse_overrides(overrides)}, where=f"scenario {name!r}")
 
 
-def parse_overrides(overrides: Sequence[str]) -> dict[str, Any]:
+def parse_overrides(overrides: Sequence[str], option: str = "--set") -> dict[str, Any]:
     """Read ``key=value`` changes.
 
     :param overrides: the changes, each value in YAML
+    :param option: the command-line option they came from, for the error
     :return: keys and values
     :raises UserError: if one has no ``=`` or its value is not YAML
     """
@@ -258,11 +259,11 @@ def parse_overrides(overrides: Sequence[str]) -> dict[str, Any]:
     for text in overrides:
         key, equals, value = text.partition("=")
         if not equals or not key.strip():
-            raise UserError(f"--set {text!r}: expected key=value, such as num_uavs=8")
+            raise UserError(f"{option} {text!r}: expected key=value")
         try:
             changes[key.strip()] = yaml.safe_load(value)
         except yaml.YAMLError:
-            raise UserError(f"--set {text!r}: the value is not valid YAML") from None
+            raise UserError(f"{option} {text!r}: the value is not valid YAML") from None
     return changes
 
 

@@ -1,0 +1,1 @@
+"""Recipes, cells and runs: train, evaluate, reproduce."""

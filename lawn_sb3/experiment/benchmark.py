@@ -1,0 +1,99 @@
+"""How fast the kit is on this machine: simulator, environment, training; one core, one torch thread."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import torch as th
+from stable_baselines3.common.vec_env import VecEnv
+
+from lawn_sb3.envs import make_vec_env
+from lawn_sb3.experiment.players import build_model
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import PRESETS, Scenario
+
+
+def benchmark(method: Method, report: Callable[[str], None]) -> dict[str, float]:
+    """Measure all speeds.
+
+    :param method: the training to time, cut to a tenth of its budget
+    :param report: called with what is being measured
+    :return: figures by name, the unit in the name
+    """
+    th.set_num_threads(1)
+    scenario = PRESETS["paper"]
+    report("simulator, 1,024 games of 4 UAVs")
+    figures = {"simulator_agent_steps_per_s": simulator_speed(scenario, 1024)}
+    report("vector environment, 64 games in one compiled call against 64 environments of one game")
+    many, single = make_vec_env(scenario, 64, seed=0), make_vec_env(scenario, 1, copies=64, seed=0)
+    together, apart = paired_step_seconds(many, single)
+    figures["vec_step_one_64_game_env_ms"] = together * 1e3
+    figures["vec_step_64_one_game_envs_ms"] = apart * 1e3
+    figures["vec_step_ratio"] = apart / together
+    report(f"training, a tenth of {method.env_steps:,} env steps")
+    seconds = training_seconds(scenario, method, method.env_steps // 10)
+    figures["training_env_steps_per_s"] = method.env_steps / 10 / seconds
+    figures["training_seconds_for_whole_budget"] = 10 * seconds
+    return figures
+
+
+def simulator_speed(scenario: Scenario, num_games: int, seconds: float = 2.0) -> float:
+    """Agent steps a second of the bare simulator under random play.
+
+    :param scenario: the game
+    :param num_games: games advanced together
+    :param seconds: how long to measure
+    :return: agent steps a second
+    """
+    simulator = Simulator(scenario, num_games, seed=0)
+    actions = np.random.default_rng(0).integers(0, simulator.num_actions, (64, num_games, scenario.num_uavs))
+    simulator.step(actions[0])
+    simulator.go_on()
+    steps, start = 0, time.perf_counter()
+    while time.perf_counter() - start < seconds:
+        simulator.step(actions[steps % len(actions)])
+        simulator.go_on()
+        steps += 1
+    return steps * num_games * scenario.num_uavs / (time.perf_counter() - start)
+
+
+def paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: int = 5) -> tuple[float, float]:
+    """Median duration of a vector step of two environments, measured in turn.
+
+    :param first: one environment
+    :param second: another of as many slots
+    :param rounds: how often they take turns
+    :param steps: steps a turn
+    :return: seconds a step of each
+    """
+    rng = np.random.default_rng(0)
+    num_actions = int(first.action_space.n)  # type: ignore[attr-defined]
+    durations: list[list[float]] = [[], []]
+    for env in (first, second):
+        env.reset()
+    for _ in range(rounds):
+        actions = rng.integers(0, num_actions, first.num_envs)
+        for env, own in zip((first, second), durations, strict=True):
+            start = time.perf_counter()
+            for _ in range(steps):
+                env.step(actions)
+            own.append((time.perf_counter() - start) / steps)
+    return float(np.median(durations[0])), float(np.median(durations[1]))
+
+
+def training_seconds(scenario: Scenario, method: Method, env_steps: int) -> float:
+    """Duration of a short training, without evaluation and logging.
+
+    :param scenario: the game
+    :param method: what to train
+    :param env_steps: budget
+    :return: seconds
+    """
+    model = build_model(Cell("bench", method, 0, scenario, Evaluation(), Path()))
+    start = time.perf_counter()
+    model.learn(env_steps * scenario.num_uavs)
+    return time.perf_counter() - start

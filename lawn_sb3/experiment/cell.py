@@ -1,0 +1,101 @@
+"""Running one cell: train, save, evaluate, and leave a run directory that tells how it came about."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pandas as pd
+import yaml
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+
+from lawn_sb3.envs import make_vec_env
+from lawn_sb3.experiment.checkpoint import Checkpoints, checkpoint_path, read_checkpoint, resume_model
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import ModelPlayer, build_model
+from lawn_sb3.experiment.provenance import provenance, write_json, write_text
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.registry import find_player
+from lawn_sb3.experiment.watching import ProgressCSV, Watch
+from lawn_sb3.game.player import Player
+
+
+def is_finished(cell: Cell) -> bool:
+    """Whether a cell's run is complete and was made with the same configuration.
+
+    :param cell: the cell
+    :return: true if there is nothing left to do
+    """
+    marker = cell.directory / "finished"
+    try:
+        return marker.read_text(encoding="utf-8").strip() == cell.fingerprint()
+    except OSError:
+        return False
+
+
+def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
+    """Train (or resume) and evaluate a cell.
+
+    :param cell: the cell
+    :param progress: called with the env steps trained so far
+    """
+    cell.directory.mkdir(parents=True, exist_ok=True)
+    (cell.directory / "finished").unlink(missing_ok=True)
+    write_text(cell.directory / "config.yaml", yaml.safe_dump(cell.configuration(), sort_keys=False))
+    record = provenance()
+    start = time.perf_counter()
+    player: Player
+    if cell.method.player is not None:
+        player = find_player(cell.method.player)
+    else:
+        model, resumed_at = _train(cell, progress)
+        record["resumed_at_env_steps"] = resumed_at
+        player = ModelPlayer(model, cell.key, cell.evaluation.deterministic)
+    record["train_seconds"] = round(time.perf_counter() - start, 1)
+    start = time.perf_counter()
+    chosen = cell.evaluation
+    rows = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
+    record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
+    write_rows(cell.directory / "evaluation.csv", rows)
+    write_json(cell.directory / "provenance.json", record)
+    write_text(cell.directory / "finished", cell.fingerprint() + "\n")
+    checkpoint_path(cell).unlink(missing_ok=True)
+
+
+def write_rows(path: Path, rows: pd.DataFrame) -> None:
+    """Write the raw rows of an evaluation in one go.
+
+    :param path: the file
+    :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
+    """
+    write_text(path, rows.to_csv(index=False, float_format="%.9g", lineterminator="\n"))
+
+
+def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, int]:
+    """Train a cell from its start or its checkpoint; save the model. Returns it and where the training began."""
+    num_uavs, method = cell.scenario.num_uavs, cell.method
+    checkpoint = read_checkpoint(cell)
+    if checkpoint is None:
+        model = build_model(cell)
+    else:
+        env = make_vec_env(cell.scenario, method.num_games, seed=cell.seed, continuation=method.continuation)
+        model = resume_model(cell, checkpoint, env)
+    began = model.num_timesteps // num_uavs
+    watch = Watch(cell, progress)
+    watch.next_evaluation = checkpoint["next_evaluation"] if checkpoint else 0
+    before = checkpoint["progress"] if checkpoint else ""
+    table = ProgressCSV(cell.directory / "progress.csv", before)
+    model.set_logger(Logger(str(cell.directory), [table, TensorBoardOutputFormat(str(cell.directory / "tensorboard"))]))
+    progress(began)
+    model.learn(
+        total_timesteps=method.env_steps * num_uavs - model.num_timesteps,
+        callback=[watch, Checkpoints(cell, watch)],
+        reset_num_timesteps=checkpoint is None,
+    )
+    model.logger.close()
+    part = cell.directory / "model.part.zip"
+    model.save(part)
+    part.replace(cell.directory / "model.zip")
+    return model, began

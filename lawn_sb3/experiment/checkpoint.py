@@ -1,0 +1,118 @@
+"""Checkpoints: everything a training needs to go on after a cut as if there had been none."""
+
+from __future__ import annotations
+
+import io
+import pickle
+import random
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch as th
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.callbacks import BaseCallback
+
+from lawn_sb3.envs import FlatVecEnv
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.registry import find_algorithm, find_policy
+from lawn_sb3.experiment.watching import Watch
+
+
+class Checkpoints(BaseCallback):
+    """Save a checkpoint now and then, always between an update and the next rollout.
+
+    :param cell: what is being trained
+    :param watch: the callback whose state belongs to it
+    :param every: env steps between two checkpoints
+    """
+
+    def __init__(self, cell: Cell, watch: Watch, every: int = 10_000) -> None:
+        super().__init__()
+        self.cell = cell
+        self.watch = watch
+        self.every = every
+        self._next = every
+
+    def _on_training_start(self) -> None:
+        self._next = self.watch.env_steps + self.every
+
+    def _on_rollout_start(self) -> None:
+        if self.watch.env_steps >= self._next:
+            self._next = self.watch.env_steps + self.every
+            save_checkpoint(self.cell, self.model, self.watch)
+
+    def _on_step(self) -> bool:
+        return True
+
+
+def checkpoint_path(cell: Cell) -> Path:
+    """Where a cell keeps its checkpoint.
+
+    :param cell: the cell
+    :return: the file
+    """
+    return cell.directory / "checkpoint.pt"
+
+
+def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
+    """Write the checkpoint of a training, replacing the one before in one go.
+
+    :param cell: what is being trained
+    :param model: the model, between an update and the next rollout
+    :param watch: the callback that watches it
+    """
+    assert isinstance(model.env, FlatVecEnv)
+    saved = io.BytesIO()
+    model.save(saved)
+    state = {
+        "fingerprint": cell.fingerprint(),
+        "model": saved.getvalue(),
+        "games": model.env.env_method("snapshot", indices=0),
+        "random": {"python": random.getstate(), "numpy": np.random.get_state(), "torch": th.get_rng_state()},
+        "next_evaluation": watch.next_evaluation,
+        "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
+    }
+    path = checkpoint_path(cell)
+    part = path.with_suffix(".part")
+    th.save(state, part)
+    part.replace(path)
+
+
+def read_checkpoint(cell: Cell) -> dict[str, Any] | None:
+    """Read a cell's checkpoint, if it has a whole one of the same configuration.
+
+    :param cell: the cell
+    :return: the checkpoint, or none; a damaged one is named in a warning
+    """
+    path = checkpoint_path(cell)
+    if not path.exists():
+        return None
+    try:
+        state: dict[str, Any] = th.load(path, weights_only=False)
+        same = state["fingerprint"] == cell.fingerprint()
+    except (OSError, RuntimeError, EOFError, KeyError, ValueError, pickle.UnpicklingError) as error:
+        warnings.warn(f"checkpoint {str(path)!r} is damaged ({error}); the training starts anew", stacklevel=2)
+        return None
+    return state if same else None
+
+
+def resume_model(cell: Cell, state: dict[str, Any], env: FlatVecEnv) -> BaseAlgorithm:
+    """Rebuild a model, its games and all random states from a checkpoint.
+
+    :param cell: what is being trained
+    :param state: the checkpoint
+    :param env: a training environment of the cell
+    :return: the model, ready to learn on
+    """
+    assert cell.method.algo is not None
+    assert cell.method.policy is not None
+    find_policy(cell.method.policy)  # the saved model names the policy's module, which must be known by then
+    env.reset()
+    model = find_algorithm(cell.method.algo).load(io.BytesIO(state["model"]), env=env, device="cpu", force_reset=False)
+    env.env_method("restore", state["games"][0], indices=0)
+    random.setstate(state["random"]["python"])
+    np.random.set_state(state["random"]["numpy"])
+    th.set_rng_state(state["random"]["torch"])
+    return model

@@ -1,0 +1,126 @@
+"""Trained models as players, and finished runs read back."""
+
+from __future__ import annotations
+
+import pickle
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from pydantic import ValidationError
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.save_util import load_from_zip_file
+
+from lawn_sb3.envs import Observer, make_vec_env
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.experiment.registry import find_algorithm, find_player, find_policy
+from lawn_sb3.game.player import Player
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import Scenario
+
+
+class ModelPlayer:
+    """A trained model as a player.
+
+    :param model: any SB3 model over the flat observation [o_i | x]
+    :param name: what tables call it
+    :param deterministic: greedy actions; otherwise sampled
+    """
+
+    def __init__(self, model: BaseAlgorithm, name: str, deterministic: bool = True) -> None:
+        self.model = model
+        self.name = name
+        self.deterministic = deterministic
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Get ready to observe the games; sampled actions are seeded.
+
+        :param simulator: the games
+        :param rng: source of the seed
+        """
+        self._observer = Observer(simulator.scenario)
+        if not self.deterministic:
+            self.model.set_random_seed(int(rng.integers(2**31)))
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Ask the model.
+
+        :param simulator: the games
+        :return: indices into the action table [G, N]
+        """
+        flat = self._observer.flat(simulator.state)
+        actions, _ = self.model.predict(flat.reshape(-1, flat.shape[-1]), deterministic=self.deterministic)
+        return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
+
+
+def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
+    """Build the untrained model of a cell, with its training environment.
+
+    :param cell: the cell
+    :param arguments: what else to give the algorithm
+    :return: the model
+    :raises UserError: if the algorithm refuses its settings
+    """
+    method = cell.method
+    assert method.algo is not None
+    assert method.policy is not None
+    env = make_vec_env(cell.scenario, method.num_games, seed=cell.seed, continuation=method.continuation)
+    settings = {"device": "cpu", **method.arguments(), **arguments}
+    try:
+        return find_algorithm(method.algo)(find_policy(method.policy), env, seed=cell.seed, **settings)
+    except (TypeError, ValueError, AssertionError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {reason}") from error
+
+
+def load_run(directory: Path) -> Cell:
+    """Read back which cell a run directory holds.
+
+    :param directory: the run
+    :return: its cell
+    :raises UserError: if it holds no run, or another version's
+    """
+    path = directory / "config.yaml"
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        return Cell(
+            key=values["key"],
+            method=Method.model_validate(values["method"]),
+            seed=values["seed"],
+            scenario=Scenario.model_validate(values["scenario"]),
+            evaluation=Evaluation.model_validate(values["evaluation"]),
+            directory=directory,
+        )
+    except OSError as error:
+        raise UserError(f"{str(directory)!r} holds no run: {path.name}: {error.strerror}") from None
+    except (yaml.YAMLError, KeyError, TypeError, ValidationError) as error:
+        raise UserError(f"{str(path)!r} is not the configuration of a run: {str(error).splitlines()[0]}") from None
+
+
+def load_player(cell: Cell, deterministic: bool = True) -> Player:
+    """The player that a finished run left.
+
+    The weights alone are read from the model file, never code: the networks are built from the configuration.
+
+    :param cell: the cell
+    :param deterministic: greedy actions; otherwise sampled
+    :return: the player
+    :raises UserError: if the model is missing or damaged
+    """
+    if cell.method.player is not None:
+        return find_player(cell.method.player)
+    path = cell.directory / "model.zip"
+    model = build_model(cell)
+    try:
+        _, parameters, _ = load_from_zip_file(path, device="cpu", load_data=False)
+        model.set_parameters(parameters, device="cpu")
+    except FileNotFoundError:
+        raise UserError(f"{str(path)!r} is missing: the run has not finished") from None
+    except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
+    return ModelPlayer(model, cell.key, deterministic)

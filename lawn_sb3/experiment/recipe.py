@@ -1,0 +1,216 @@
+"""Recipes: which methods are trained on which scenario with which seeds, and how they are evaluated."""
+
+from __future__ import annotations
+
+import hashlib
+import inspect
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from stable_baselines3.common.utils import LinearSchedule
+
+import lawn_sb3
+from lawn_sb3.errors import UserError, explain, unknown_name
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, find_algorithm, find_policy
+from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
+
+GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
+
+
+class Evaluation(BaseModel):
+    """How finished players are scored, and how training is watched."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    episodes: int = Field(200, ge=1, description="joint episodes a seed")
+    seed: int = Field(20_000, ge=0, description="picks the test missions, the same for every method and seed")
+    deterministic: bool = Field(True, description="greedy actions, as in the paper; otherwise sampled")
+    watch_every: int = Field(5_000, ge=1, description="env steps between two greedy evaluations during training")
+    watch_episodes: int = Field(100, ge=1, description="joint episodes of each")
+    watch_seed: int = Field(
+        10_000, ge=0, description="picks the missions watched during training, apart from the test's"
+    )
+
+
+class Method(BaseModel):
+    """An algorithm with a policy and its settings, or a player that needs no training."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    label: str = Field(description="what tables and figures call it")
+    paper_row: Literal["Random", "IQL", "QMIX", "CTDE-MAPPO"] | None = Field(
+        None, description="row of the paper's Table II"
+    )
+    player: str | None = Field(None, description="a player without training")
+    algo: str | None = Field(None, description="an algorithm")
+    policy: str | None = Field(None, description="its policy: NAME of policies/NAME.py, or package.module:Class")
+    env_steps: int = Field(0, ge=0, description="training budget: joint slots of one game")
+    num_games: int = Field(64, ge=1, description="games played side by side in training")
+    continuation: Continuation = Field("mission", description="how UAVs that are done go on in training")
+    settings: dict[str, Any] = Field({}, description="keyword arguments of the algorithm; lin_X anneals X to 0")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _default_policy(cls, values: Any) -> Any:
+        if isinstance(values, dict) and values.get("policy") is None and values.get("algo") in DEFAULT_POLICIES:
+            return {**values, "policy": DEFAULT_POLICIES[values["algo"]]}
+        return values
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if (self.player is None) == (self.algo is None):
+            raise ValueError(f"method {self.label!r} needs either a player or an algo")
+        if self.player is not None:
+            if self.player not in PLAYERS:
+                raise unknown_name("player", self.player, PLAYERS)
+            if self.env_steps or self.settings or self.policy:
+                raise ValueError(
+                    f"method {self.label!r} is a player without training: no policy, env_steps or settings"
+                )
+            return self
+        assert self.algo is not None
+        if self.algo not in ALGORITHMS:
+            raise unknown_name("algorithm", self.algo, ALGORITHMS)
+        if self.env_steps < 1:
+            raise ValueError(f"method {self.label!r} trains and needs env_steps of at least 1")
+        known = set(inspect.signature(find_algorithm(self.algo)).parameters) - GIVEN_BY_THE_KIT
+        for key in self.settings:
+            if key not in known:
+                raise unknown_name(f"setting of {self.algo}:", key, known)
+        self.arguments()
+        return self
+
+    def arguments(self) -> dict[str, Any]:
+        """Keyword arguments for the algorithm's constructor.
+
+        :return: the settings, schedules turned into functions of the progress remaining
+        :raises UserError: if a schedule cannot be read
+        """
+        return {key: _argument(key, value) for key, value in self.settings.items()}
+
+
+def _argument(key: str, value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    kind, _, start = value.partition("_")
+    if kind != "lin":
+        return value
+    try:
+        return LinearSchedule(float(start), 0.0, 1.0)
+    except ValueError:
+        raise UserError(f"setting {key} = {value!r}: a linear schedule is written lin_X with a number X") from None
+
+
+class Recipe(BaseModel):
+    """Everything ``reproduce`` needs to know."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    name: str = Field(description="names the folder runs/NAME")
+    title: str = Field("", description="what the report calls it")
+    scenario: str = Field("paper", description="a preset or a YAML file")
+    set: tuple[str, ...] = Field((), description="changes to the scenario, key=value")
+    seeds: tuple[int, ...] = Field(min_length=1, description="one cell for each method and seed")
+    evaluation: Evaluation = Evaluation()
+    methods: dict[str, Method] = Field(min_length=1)
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if len(set(self.seeds)) < len(self.seeds) or min(self.seeds) < 0:
+            raise ValueError(f"seeds = {list(self.seeds)}: whole numbers from 0 up, none twice")
+        for key in self.methods:
+            if not key.replace("-", "").replace("_", "").isalnum():
+                raise ValueError(f"method {key!r}: letters, digits, - and _ only, as it names a folder")
+        return self
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One (method, seed) of a recipe.
+
+    :param key: name of the method in the recipe
+    :param method: the method
+    :param seed: the seed
+    :param scenario: the game
+    :param evaluation: how it is scored
+    :param directory: where its run goes
+    """
+
+    key: str
+    method: Method
+    seed: int
+    scenario: Scenario
+    evaluation: Evaluation
+    directory: Path
+
+    def configuration(self) -> dict[str, Any]:
+        """All that the run depends on, ready for YAML."""
+        return {
+            "key": self.key,
+            "seed": self.seed,
+            "method": self.method.model_dump(mode="json"),
+            "scenario": self.scenario.model_dump(mode="json"),
+            "evaluation": self.evaluation.model_dump(mode="json"),
+            "version": lawn_sb3.__version__,
+        }
+
+    def fingerprint(self) -> str:
+        """Hash of what the result depends on: labels do not count."""
+        configuration = self.configuration()
+        for name in ("label", "paper_row"):
+            configuration["method"].pop(name)
+        return hashlib.sha256(json.dumps(configuration, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def parse_method(values: dict[str, Any]) -> Method:
+    """Validate one method that comes from the command line.
+
+    :param values: its fields
+    :return: the method
+    :raises UserError: one line naming what is wrong and what is allowed
+    """
+    try:
+        method = Method.model_validate(values)
+    except ValidationError as error:
+        raise explain(error, Method, "method") from None
+    if method.policy is not None:
+        find_policy(method.policy)
+    return method
+
+
+def load_recipe(path: Path) -> Recipe:
+    """Read a recipe and check all of it before anything runs.
+
+    :param path: a file such as ``runs/paper.yaml``
+    :return: the recipe
+    :raises UserError: one line naming what is wrong, where, and what is allowed
+    """
+    values = {"name": path.stem, **read_yaml_mapping(path, "recipe")}
+    try:
+        recipe = Recipe.model_validate(values)
+    except ValidationError as error:
+        raise explain(error, Recipe, str(path)) from None
+    load_scenario(recipe.scenario, recipe.set)
+    for method in recipe.methods.values():
+        if method.policy is not None:
+            find_policy(method.policy)
+    return recipe
+
+
+def cells(recipe: Recipe, root: Path) -> list[Cell]:
+    """The cells of a recipe, seed by seed, so that an early stop leaves all methods comparable.
+
+    :param recipe: the recipe
+    :param root: the folder of its runs
+    :return: one cell for each method and seed
+    """
+    scenario = load_scenario(recipe.scenario, recipe.set)
+    return [
+        Cell(key, method, seed, scenario, recipe.evaluation, root / key / f"seed-{seed}")
+        for seed in recipe.seeds
+        for key, method in recipe.methods.items()
+    ]

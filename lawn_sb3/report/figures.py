@@ -1,0 +1,126 @@
+"""Fig. 2 (training curves) and Fig. 3 (distribution of the utility)."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+
+import numpy as np
+import pandas as pd
+import seaborn as sns
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from lawn_sb3.report.paper import TABLE_II
+from lawn_sb3.report.results import Results
+from lawn_sb3.report.style import colours, use_house_style
+
+WINDOW = 30
+"""Points a smoothed curve averages over, as in the paper."""
+
+QUANTITIES = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
+SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
+
+
+def smoothed(curves: pd.DataFrame, column: str, window: int) -> pd.DataFrame:
+    """Rolling mean of a curve, seed by seed.
+
+    :param curves: rows of ``progress.csv`` with the columns ``method`` and ``seed``
+    :param column: what to smooth; rows without it are left out
+    :param window: points to average over, fewer at the start
+    :return: the columns ``method, seed, env_steps, value``
+    """
+    parts = []
+    for (method, seed), rows in curves.dropna(subset=[column]).groupby(["method", "seed"], sort=False):
+        value = rows[column].rolling(window, min_periods=1).mean()
+        keys: dict[str, Hashable | pd.Series] = {"method": method, "seed": seed}
+        parts.append(pd.DataFrame({**keys, "env_steps": rows["time/env_steps"], "value": value}))
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
+
+
+def convergence(results: Results) -> Figure:
+    """Fig. 2: reward (a) and success (b) against env steps, of training missions and of greedy evaluation.
+
+    :param results: what the runs left
+    :return: the figure; bands are 95 % intervals of the mean over seeds, diamonds the paper's final values
+    """
+    use_house_style()
+    figure = Figure(figsize=(10, 7), layout="constrained")
+    axes = figure.subplots(len(SOURCES), len(QUANTITIES), sharex=True, sharey="col")
+    palette = colours(results.recipe.methods)
+    for row, (source, source_text) in enumerate(SOURCES.items()):
+        window = WINDOW if source == "missions" else 1
+        smoothing = f", {WINDOW}-point window" if window > 1 else ""
+        for column, (quantity, quantity_text) in enumerate(QUANTITIES.items()):
+            ax = axes[row, column]
+            _draw_curves(ax, results, f"{source}/{quantity}", window, palette)
+            _draw_untrained(ax, results, quantity, palette)
+            _mark_paper(ax, results, quantity, palette)
+            ax.set_title(f"({'ab'[column]}) {source_text}{smoothing}")
+            ax.set_ylabel(quantity_text)
+            ax.set_xlabel("env steps (joint slots of one game)" if row == len(SOURCES) - 1 else "")
+            ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
+    handles = [Line2D([], [], color=palette[key], label=method.label) for key, method in results.methods.items()]
+    handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    return figure
+
+
+def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: dict[str, str]) -> None:
+    if column not in results.curves:
+        return
+    curves = smoothed(results.curves, column, window)
+    for key in results.methods:
+        own = curves[curves["method"] == key]
+        if len(own):
+            sns.lineplot(
+                own, x="env_steps", y="value", color=palette[key], ax=ax, errorbar=("ci", 95), seed=0, legend=False
+            )
+
+
+def _draw_untrained(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
+    """Players that do not learn, as horizontal lines."""
+    by_seed = results.by_seed()
+    for key, method in results.methods.items():
+        if method.player is not None:
+            ax.axhline(by_seed.loc[by_seed["method"] == key, quantity].mean(), color=palette[key], linestyle="--")
+
+
+def _mark_paper(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
+    """The paper's final value, once a row of its Table II, at the right edge."""
+    marked = set()
+    for key, method in results.methods.items():
+        if method.paper_row and method.paper_row not in marked:
+            marked.add(method.paper_row)
+            value = getattr(TABLE_II[method.paper_row], quantity)
+            edge = ax.get_yaxis_transform()
+            ax.plot(1.0, value, "D", color=palette[key], markeredgecolor="0.2", transform=edge, clip_on=False, zorder=5)
+
+
+def utility_cdf(results: Results) -> Figure:
+    """Fig. 3: empirical distribution F(u) = Pr(U_i <= u) of every UAV's utility.
+
+    :param results: what the runs left
+    :return: the figure; a line is all seeds together, its band the range over seeds
+    """
+    use_house_style()
+    figure = Figure(figsize=(7, 4.5), layout="constrained")
+    ax = figure.subplots()
+    palette = colours(results.recipe.methods)
+    grid = np.linspace(0.0, results.episodes["utility_mbps"].max() * 1.02, 400)
+    for key, method in results.methods.items():
+        own = results.episodes[results.episodes["method"] == key]
+        by_seed = np.array([_cdf(rows["utility_mbps"], grid) for _, rows in own.groupby("seed")])
+        ax.fill_between(grid, by_seed.min(axis=0), by_seed.max(axis=0), color=palette[key], alpha=0.25, linewidth=0)
+        ax.plot(grid, _cdf(own["utility_mbps"], grid), color=palette[key], label=method.label)
+    ax.set(xlabel="utility $U_i$ of a UAV (Mbps); 0 for a failed mission", ylabel="$F(u) = \\Pr(U_i \\leq u)$")
+    ax.set(xlim=(0, grid[-1]), ylim=(0, 1.02))
+    ax.legend(loc="upper left", frameon=True)
+    return figure
+
+
+def _cdf(values: pd.Series, grid: np.ndarray) -> np.ndarray:
+    """Share of the values up to each point of the grid."""
+    ordered = np.sort(values.to_numpy())
+    share: np.ndarray = np.searchsorted(ordered, grid, side="right") / len(ordered)
+    return share

@@ -1,0 +1,122 @@
+"""The report of a recipe: tables, figures and the page that holds them, all pure functions of what the runs left."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.provenance import write_text
+from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.report.figures import WINDOW, convergence, utility_cdf
+from lawn_sb3.report.results import Results, read_results
+from lawn_sb3.report.style import save
+from lawn_sb3.report.table_two import as_latex, as_markdown, table_two
+
+THRESHOLD = 95.0
+"""Success in percent whose crossing the paper reports."""
+
+
+def write_report(recipe: Recipe, cells: list[Cell], folder: Path) -> Results:
+    """Write tables, figures and page.
+
+    :param recipe: the recipe
+    :param cells: its cells
+    :param folder: where to
+    :return: what the report was made of, problems included
+    :raises UserError: if no run can be used
+    """
+    results = read_results(recipe, cells)
+    if not results.methods:
+        raise UserError(f"no finished run to report on: {results.problems[0]}; run: lawn-sb3 reproduce first")
+    folder.mkdir(parents=True, exist_ok=True)
+    table = table_two(results)
+    write_text(folder / "table2.md", as_markdown(table) + "\n")
+    write_text(folder / "table2.csv", table.to_csv(index=False, float_format="%.6g", lineterminator="\n"))
+    write_text(folder / "table2.tex", as_latex(table, table_caption(results)))
+    save(convergence(results), folder, "fig2_convergence")
+    save(utility_cdf(results), folder, "fig3_utility_cdf")
+    write_text(folder / "README.md", page(results, table))
+    return results
+
+
+def table_caption(results: Results) -> str:
+    """What Table II shows.
+
+    :param results: what the runs left
+    :return: one paragraph
+    """
+    chosen = results.recipe.evaluation
+    actions = "greedy" if chosen.deterministic else "sampled"
+    return (
+        f"Mean over seeds (with the standard deviation over seeds) of {chosen.episodes} test episodes each, "
+        f"{actions} actions, the same missions for every method and seed; the paper's value in parentheses."
+    )
+
+
+def first_crossing(results: Results) -> pd.DataFrame:
+    """When each training first reached 95 % success.
+
+    :param results: what the runs left
+    :return: one row for each method that learns: env steps at the slowest seed, for training missions and greedy play
+    """
+    rows = []
+    for key, method in results.methods.items():
+        if method.algo is None or not len(results.curves):
+            continue
+        own = results.curves[results.curves["method"] == key]
+        row: dict[str, object] = {"Method": method.label}
+        for source, heading in (("missions", "training missions"), ("greedy", "greedy evaluation")):
+            column = f"{source}/success_percent"
+            first = [
+                seed_rows.loc[seed_rows[column] >= THRESHOLD, "time/env_steps"].min()
+                for _, seed_rows in own.groupby("seed")
+            ]
+            reached = [value for value in first if pd.notna(value)]
+            slowest = f"{max(reached):,.0f}" if len(reached) == len(first) else f"{len(reached)} of {len(first)} seeds"
+            row[heading] = slowest
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def page(results: Results, table: pd.DataFrame) -> str:
+    """The report as Markdown.
+
+    :param results: what the runs left
+    :param table: Table II
+    :return: the page
+    """
+    name = results.recipe.name
+    command = f"lawn-sb3 reproduce runs/{name}.yaml"
+    seeds = ", ".join(map(str, results.recipe.seeds))
+    crossing = first_crossing(results)
+    parts = [
+        f"# {results.recipe.title or name}",
+        f"Made by `{command}`, scenario `{results.recipe.scenario}`, seeds {seeds}.",
+    ]
+    if results.problems:
+        parts += ["**Not in this report:**", "\n".join(f"- {problem}" for problem in results.problems)]
+    parts += [
+        "## Table II",
+        as_markdown(table),
+        f"{table_caption(results)} T̄ is the makespan: slots until the last UAV is done. U is the mean utility; "
+        "the paper prints none.",
+    ]
+    if len(crossing):
+        parts += [
+            f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; "
+            "the paper: about 150 K.",
+            str(crossing.to_markdown(index=False, disable_numparse=True)),
+        ]
+    parts += [
+        "## Fig. 2: training",
+        "![Reward and success against env steps](fig2_convergence.png)",
+        f"Top: missions flown in training, {WINDOW}-point window. Bottom: greedy play on missions apart from the "
+        "test's, not smoothed. Bands: 95 % interval of the mean over seeds. Dashed: players that do not learn. "
+        "Diamonds: the paper's values after training.",
+        "## Fig. 3: utility",
+        "![Distribution of the utility](fig3_utility_cdf.png)",
+        "All UAVs of all test episodes and seeds; bands: range over seeds.",
+    ]
+    return "\n\n".join(parts) + "\n"

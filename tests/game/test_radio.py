@@ -1,0 +1,126 @@
+"""The radio link of Section II-A: association, RB shares and rates."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lawn_sb3.game.radio import (
+    achievable_rate_mbps,
+    link_distances_m,
+    nearest_gbs,
+    radio_map,
+    rate_unit_mbps,
+    rb_rate_mbps,
+    rb_share,
+)
+from lawn_sb3.scenario import PRESETS
+
+PAPER = PRESETS["paper"]
+
+
+def rb_rate(distance_m: float, snr_at_1m: float, path_loss_exponent: float, rb_bandwidth_hz: float) -> float:
+    return float(rb_rate_mbps(np.array(distance_m), snr_at_1m, path_loss_exponent, rb_bandwidth_hz))
+
+
+# Association: b_i = argmin_k ||q_i - g_k||
+
+
+def test_link_distance_is_euclidean_and_in_metres() -> None:
+    # From (5, 5, 5) to (7, 8, -1): sqrt(2^2 + 3^2 + 6^2) = 7; to (5, 5, 0): 5
+    distances = link_distances_m(np.array([5.0, 5.0, 5.0]), np.array([[7.0, 8.0, -1.0], [5.0, 5.0, 0.0]]))
+    assert distances.tolist() == [7.0, 5.0]
+
+
+def test_uav_is_served_by_the_nearest_gbs() -> None:
+    assert nearest_gbs(np.array([[30.0, 10.0, 20.0], [5.0, 10.0, 20.0]])).tolist() == [1, 0]
+
+
+def test_tie_between_gbss_goes_to_the_lower_index_despite_rounding() -> None:
+    assert nearest_gbs(np.array([50.0, 20.0 + 1e-12, 20.0])) == 1
+
+
+# eq:rb
+
+
+@pytest.mark.parametrize(("load", "share"), [(1, 10), (2, 5), (3, 3), (4, 2), (6, 1), (10, 1), (11, 0)])
+def test_rb_share_is_floored(load: int, share: int) -> None:
+    # floor(10 / n): 10, 5, 3.33 -> 3, 2.5 -> 2, 1.67 -> 1, 1, 0.91 -> 0
+    assert rb_share(10, load) == share
+
+
+@given(num_rbs=st.integers(1, 300), load=st.integers(1, 300))
+@settings(deadline=None)
+def test_rb_shares_never_exceed_the_rbs_of_the_gbs_in_sum(num_rbs: int, load: int) -> None:
+    assert 0 <= num_rbs - load * rb_share(num_rbs, load) < load
+
+
+# eq:rate
+
+
+def test_rate_of_one_rb_is_bandwidth_times_log2_of_one_plus_snr() -> None:
+    # SNR = 300 / 10^2 = 3, log2(1 + 3) = 2, 180 kHz * 2 = 0.36 Mbps
+    assert rb_rate(10.0, 300.0, 2.0, 180e3) == pytest.approx(0.36)
+    # SNR = 56 / 2^3 = 7, log2(1 + 7) = 3, 1 MHz * 3 = 3 Mbps
+    assert rb_rate(2.0, 56.0, 3.0, 1e6) == pytest.approx(3.0)
+
+
+def test_rate_is_the_rb_share_times_the_rate_of_one_rb() -> None:
+    # kappa = 5 RBs of 0.36 Mbps
+    assert achievable_rate_mbps(5, 0.36) == pytest.approx(1.8)
+
+
+@given(num_rbs=st.integers(1, 100), load=st.integers(1, 20), distance_m=st.floats(1.0, 1e4), alpha=st.floats(1.5, 5.0))
+@settings(deadline=None)
+def test_rate_never_rises_with_load_nor_with_distance(num_rbs: int, load: int, distance_m: float, alpha: float) -> None:
+    near, far = (rb_rate(d, 1e9, alpha, 180e3) for d in (distance_m, 1.1 * distance_m))
+    rate = achievable_rate_mbps(rb_share(num_rbs, load), near)
+    assert achievable_rate_mbps(rb_share(num_rbs, load + 1), near) <= rate
+    assert achievable_rate_mbps(rb_share(num_rbs, load), far) <= rate
+
+
+# Voxel by voxel
+
+
+def test_each_quarter_of_the_paper_s_airspace_is_one_cell() -> None:
+    cell = radio_map(PAPER).cell
+    assert cell.shape == (10, 10, 3)
+    assert [np.unique(quarter).tolist() for half in np.split(cell, 2) for quarter in np.split(half, 2, axis=1)] == [
+        [0],
+        [1],
+        [2],
+        [3],
+    ]
+
+
+def test_rate_is_evaluated_at_the_voxel_centre() -> None:
+    # Voxel (2, 2, 0) has its centre at (25, 25, 5), 5 m above GBS 0: 111.447 dB - 20 log10(5) = 97.468 dB,
+    # log2(1 + 10^9.7468) = 32.378, 180 kHz * 32.378 = 5.828 Mbps.
+    # Voxel (4, 2, 2) has its centre at (45, 25, 25), sqrt(20^2 + 25^2) = 32.016 m away: 111.447 - 30.107 = 81.341 dB,
+    # log2(1 + 10^8.1341) = 27.021, 4.864 Mbps.
+    rates = radio_map(PAPER).rb_rate_mbps
+    assert rates[2, 2, 0] == pytest.approx(5.828, abs=5e-4)
+    assert rates[4, 2, 2] == pytest.approx(4.864, abs=5e-4)
+
+
+def test_radio_map_knows_the_floor_of_the_airspace() -> None:
+    # The lowest voxels now have their centre 25 m above ground, as voxel layer 2 has above.
+    raised = radio_map(PAPER.changed(min_altitude_m=20.0, max_altitude_m=50.0))
+    assert raised.rb_rate_mbps[4, 2, 0] == pytest.approx(4.864, abs=5e-4)
+
+
+# The unit of rates inside rewards
+
+
+def test_rate_unit_is_a_lone_uav_one_voxel_from_its_gbs() -> None:
+    # 111.447 dB - 20 log10(10) = 91.447 dB, log2(1 + 10^9.1447) = 30.378, 10 RBs * 180 kHz * 30.378 = 54.68 Mbps
+    assert rate_unit_mbps(PAPER) == pytest.approx(54.68, abs=5e-3)
+    assert rate_unit_mbps(PAPER) == pytest.approx(1.8 * math.log2(1 + 10**9.144727), rel=1e-6)
+
+
+def test_rate_unit_can_be_one_mbps() -> None:
+    assert rate_unit_mbps(PAPER.changed(rate_unit="mbps")) == 1.0
