@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -72,7 +74,7 @@ def train(
         "settings": settings,
     }
     cell = Cell(out.name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
-    with training_bar(cell, messages, hidden=not progress) as advance:
+    with _interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
         run_cell(cell, advance)
     messages.print(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
 
@@ -113,9 +115,7 @@ def evaluate_command(
             cell.scenario.num_gbs,
             cell.scenario.max_voxel_steps,
         ):
-            raise UserError(
-                f"the model in {str(run)!r} was trained for {_sizes(cell.scenario)}; scenario {game.name!r} has {_sizes(game)}"
-            )
+            raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
         chosen, name = load_player(cell, deterministic=not sample), cell.key
     else:
         assert player is not None
@@ -144,11 +144,13 @@ def reproduce(
     """
     recipe = load_recipe(recipe_path)
     todo = cells(recipe, recipe_path.parent / recipe.name)
-    try:
-        run_cells(todo, jobs, messages)
-    finally:
-        if any((cell.directory / "finished").exists() for cell in todo):
+    with _interruptible():
+        try:
+            run_cells(todo, jobs, messages)
+        except FailedRunsError:
             _report(recipe_path)
+            raise
+        _report(recipe_path)
 
 
 @app.command()
@@ -226,6 +228,12 @@ def main() -> None:
         _fail(f"{error}; finished runs are kept, the same command resumes the others", 1)
     except OSError as error:
         _fail(f"{error.strerror or error}: {error.filename or 'a file'}; what is finished is kept", 1)
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    try:
+        yield
     except KeyboardInterrupt:
         _fail("interrupted; finished runs and checkpoints are kept, the same command goes on from there", 130)
 

@@ -12,7 +12,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from lawn_sb3.envs import make_vec_env
-from lawn_sb3.experiment.checkpoint import Checkpoints, checkpoint_path, read_checkpoint, resume_model
+from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import ModelPlayer, build_model
 from lawn_sb3.experiment.provenance import provenance, write_json, write_text
@@ -88,6 +88,8 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     before = checkpoint["progress"] if checkpoint else ""
     table = ProgressCSV(cell.directory / "progress.csv", before)
     model.set_logger(Logger(str(cell.directory), [table, TensorBoardOutputFormat(str(cell.directory / "tensorboard"))]))
+    for name, values in zip(PENDING, checkpoint["pending"] if checkpoint else (), strict=False):
+        getattr(model.logger, name).update(values)
     progress(began)
     model.learn(
         total_timesteps=method.env_steps * num_uavs - model.num_timesteps,

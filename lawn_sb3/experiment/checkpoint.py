@@ -19,6 +19,9 @@ from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm, find_policy
 from lawn_sb3.experiment.watching import Watch
 
+PENDING = ("name_to_value", "name_to_count", "name_to_excluded")
+"""Where SB3's logger keeps what it has not written yet."""
+
 
 class Checkpoints(BaseCallback):
     """Save a checkpoint now and then, always between an update and the next rollout.
@@ -72,6 +75,8 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "games": model.env.env_method("snapshot", indices=0),
         "random": {"python": random.getstate(), "numpy": np.random.get_state(), "torch": th.get_rng_state()},
         "next_evaluation": watch.next_evaluation,
+        # What the last update recorded is written with the next rollout.
+        "pending": [dict(getattr(model.logger, name)) for name in PENDING],
         "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
     }
     path = checkpoint_path(cell)

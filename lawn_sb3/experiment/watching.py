@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.logger import CSVOutputFormat
+from stable_baselines3.common.logger import KVWriter
 
 from lawn_sb3.experiment.evaluation import evaluate, summarize
 from lawn_sb3.experiment.players import ModelPlayer
@@ -18,28 +18,42 @@ from lawn_sb3.experiment.recipe import Cell
 WATCHED = ("reward", "success_percent", "makespan_slots", "utility_mbps", "rate_mbps")
 
 
-class ProgressCSV(CSVOutputFormat):
-    """SB3's ``progress.csv`` without wall-clock columns, so that equal runs leave equal bytes; goes on after a cut.
+NOT_REPEATABLE = {"time/fps", "time/time_elapsed", "time/iterations"}
+"""Columns that differ between equal trainings, of which one was cut and resumed."""
+
+
+class ProgressCSV(KVWriter):
+    """``progress.csv`` as SB3 writes it, with sorted columns and none of wall-clock time: equal runs, equal bytes.
 
     :param path: the file
     :param before: its content up to the checkpoint that the training resumes from
     """
 
     def __init__(self, path: Path, before: str = "") -> None:
-        super().__init__(str(path))
-        self.file.write(before)
-        self.keys = next(csv.reader([before])) if before else []
+        self.path = path
+        self.rows: list[dict[str, str]] = list(csv.DictReader(before.splitlines()))
+        self.columns = list(self.rows[0]) if self.rows else []
+        path.write_text(before, encoding="utf-8")
 
     def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
-        """Write one row.
+        """Append one row.
 
         :param key_values: names and values
         :param key_excluded: formats that leave a name out
         :param step: agent steps so far
         """
-        kept = {key: value for key, value in key_values.items() if key not in ("time/fps", "time/time_elapsed")}
-        super().write(kept, key_excluded, step)
-        self.file.flush()
+        row = {key: str(value) for key, value in key_values.items() if key not in NOT_REPEATABLE}
+        self.rows.append(row)
+        new = sorted(set(row) - set(self.columns))
+        self.columns += new
+        with self.path.open("w" if new else "a", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, self.columns, restval="", lineterminator="\n")
+            if new:  # rows written before lack the new columns
+                table.writeheader()
+            table.writerows(self.rows if new else [row])
+
+    def close(self) -> None:
+        """Nothing is kept open."""
 
 
 class Watch(BaseCallback):
@@ -70,6 +84,9 @@ class Watch(BaseCallback):
 
     def _on_rollout_end(self) -> None:
         self.logger.record("time/env_steps", self.env_steps)
+        slots_so_far = self.num_timesteps // self.training_env.num_envs
+        if slots_so_far <= self.cell.scenario.max_slots:
+            self._missions.clear()  # until the first deadline only successful missions can have ended
         if self._missions:
             reward, success, slots, utility = np.mean(self._missions, axis=0)
             self.logger.record("missions/reward", reward)

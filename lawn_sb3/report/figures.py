@@ -19,6 +19,8 @@ WINDOW = 30
 """Points a smoothed curve averages over, as in the paper."""
 
 QUANTITIES = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
+LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
+"""Ranges of the axes; rewards of the first rollouts can lie below."""
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
 
@@ -56,11 +58,15 @@ def convergence(results: Results) -> Figure:
             _draw_curves(ax, results, f"{source}/{quantity}", window, palette)
             _draw_untrained(ax, results, quantity, palette)
             _mark_paper(ax, results, quantity, palette)
+            ax.set_ylim(*LIMITS[quantity])
             ax.set_title(f"({'ab'[column]}) {source_text}{smoothing}")
             ax.set_ylabel(quantity_text)
             ax.set_xlabel("env steps (joint slots of one game)" if row == len(SOURCES) - 1 else "")
             ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
-    handles = [Line2D([], [], color=palette[key], label=method.label) for key, method in results.methods.items()]
+    handles = [
+        Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
+        for key, method in results.methods.items()
+    ]
     handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
     return figure
@@ -115,7 +121,7 @@ def utility_cdf(results: Results) -> Figure:
         ax.plot(grid, _cdf(own["utility_mbps"], grid), color=palette[key], label=method.label)
     ax.set(xlabel="utility $U_i$ of a UAV (Mbps); 0 for a failed mission", ylabel="$F(u) = \\Pr(U_i \\leq u)$")
     ax.set(xlim=(0, grid[-1]), ylim=(0, 1.02))
-    ax.legend(loc="upper left", frameon=True)
+    ax.legend(loc="lower right", frameon=True)
     return figure
 
 

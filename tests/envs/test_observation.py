@@ -11,7 +11,7 @@ from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.envs.corridor import CORRIDOR, DESTINATIONS, ORIGINS, action
 
-few = settings(max_examples=40, deadline=None)
+few = settings(max_examples=40)
 small_scenarios = st.builds(
     lambda num_uavs, columns, rows: Scenario(num_uavs=num_uavs, gbs_grid=(columns, rows), max_slots=20),
     num_uavs=st.integers(1, 6),

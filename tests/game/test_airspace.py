@@ -64,7 +64,6 @@ def test_move_out_of_the_airspace_is_refused_as_a_whole_when_hovering() -> None:
 
 
 @given(voxel=VOXELS, displacement=DISPLACEMENTS, clip=st.booleans())
-@settings(deadline=None)
 def test_moves_stay_inside_the_airspace(voxel: Voxel, displacement: Voxel, clip: bool) -> None:
     assert is_inside(move(voxel, displacement, GRID, clip), GRID)
 
@@ -122,7 +121,7 @@ def test_distance_is_euclidean() -> None:
 
 
 @given(scenario=scenarios(), seed=SEEDS)
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_origins_and_destinations_of_a_game_are_distinct_voxels(scenario: Any, seed: int) -> None:
     missions = draw_missions(scenario, 3, np.random.default_rng(seed))
     for ends in np.concatenate(missions, axis=1):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lawn_sb3.game.payoff import (
@@ -38,7 +38,6 @@ def test_corrected_rate_of_no_slots_is_zero() -> None:
 
 
 @given(rates=st.lists(st.floats(0.0, 1e3), min_size=1, max_size=30), beta=BETAS)
-@settings(deadline=None)
 def test_corrected_rate_lies_between_the_lowest_and_the_highest_rate(rates: list[float], beta: float) -> None:
     ema = 0.0
     for rate in rates:
@@ -55,7 +54,6 @@ def test_utility_is_the_corrected_rate_times_the_time_efficiency() -> None:
 
 
 @given(corrected=st.floats(0.0, 1e3), least=st.integers(1, 50), detour=st.integers(0, 50))
-@settings(deadline=None)
 def test_utility_is_the_corrected_rate_on_a_shortest_path_and_never_above(
     corrected: float, least: int, detour: int
 ) -> None:

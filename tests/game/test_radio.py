@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lawn_sb3.game.radio import (
@@ -54,7 +54,6 @@ def test_rb_share_is_floored(load: int, share: int) -> None:
 
 
 @given(num_rbs=st.integers(1, 300), load=st.integers(1, 300))
-@settings(deadline=None)
 def test_rb_shares_never_exceed_the_rbs_of_the_gbs_in_sum(num_rbs: int, load: int) -> None:
     assert 0 <= num_rbs - load * rb_share(num_rbs, load) < load
 
@@ -75,7 +74,6 @@ def test_rate_is_the_rb_share_times_the_rate_of_one_rb() -> None:
 
 
 @given(num_rbs=st.integers(1, 100), load=st.integers(1, 20), distance_m=st.floats(1.0, 1e4), alpha=st.floats(1.5, 5.0))
-@settings(deadline=None)
 def test_rate_never_rises_with_load_nor_with_distance(num_rbs: int, load: int, distance_m: float, alpha: float) -> None:
     near, far = (rb_rate(d, 1e9, alpha, 180e3) for d in (distance_m, 1.1 * distance_m))
     rate = achievable_rate_mbps(rb_share(num_rbs, load), near)

@@ -50,7 +50,7 @@ def assert_same_uavs(simulator: Simulator, games: list[ReferenceGame]) -> None:
 
 
 @pytest.mark.parametrize("continuation", ["mission", "episode"])
-@settings(max_examples=60)
+@settings(max_examples=100)
 @given(scenario=scenarios(), seed=SEEDS)
 def test_simulator_agrees_with_the_reference_slot_by_slot(
     continuation: Continuation, scenario: Scenario, seed: int

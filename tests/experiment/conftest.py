@@ -1,0 +1,26 @@
+"""A cell small enough to be trained in a test."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.scenario import PRESETS
+
+SMALL_EVALUATION = Evaluation(episodes=5, watch_every=100, watch_episodes=3)
+
+
+@pytest.fixture
+def small_cell(tmp_path: Path) -> Cell:
+    """Four rollouts of MAPPO on two games."""
+    method = Method(
+        label="MAPPO",
+        algo="mappo",
+        env_steps=256,
+        num_games=2,
+        settings={"n_steps": 32, "batch_size": 64, "n_epochs": 2, "learning_rate": "lin_1e-3", "ent_coef": "lin_0.02"},
+    )
+    scenario = PRESETS["paper"].changed(max_slots=20)
+    return Cell("mappo", method, 3, scenario, SMALL_EVALUATION, tmp_path / "mappo" / "seed-3")

@@ -1,0 +1,180 @@
+"""A cell's run: complete, repeatable to the byte, and resumed after a cut as if there had been none."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch as th
+from stable_baselines3.common.save_util import load_from_zip_file
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment import checkpoint
+from lawn_sb3.experiment.cell import is_finished, run_cell
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.scenario import Scenario
+
+
+class CutError(Exception):
+    """Stands for whatever ends a training early."""
+
+
+def ignore(env_steps: int) -> None:
+    """A progress report nobody reads."""
+
+
+def cut_at(limit: int) -> Callable[[int], None]:
+    """A progress report that ends the training."""
+
+    def report(env_steps: int) -> None:
+        if env_steps >= limit:
+            raise CutError
+
+    return report
+
+
+def parameters(cell: Cell) -> dict[str, th.Tensor]:
+    """The weights a run left."""
+    _, saved, _ = load_from_zip_file(cell.directory / "model.zip", load_data=False)
+    policy: dict[str, th.Tensor] = saved["policy"]
+    return policy
+
+
+@pytest.fixture
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checkpoint after every rollout."""
+    original = checkpoint.Checkpoints.__init__
+
+    def every_rollout(self: checkpoint.Checkpoints, cell: Cell, watch: object) -> None:
+        original(self, cell, watch, every=1)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(checkpoint.Checkpoints, "__init__", every_rollout)
+
+
+def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    assert is_finished(small_cell)
+    names = {path.name for path in small_cell.directory.iterdir()}
+    assert names == {
+        "config.yaml", "provenance.json", "progress.csv", "tensorboard", "model.zip", "evaluation.csv", "finished",
+    }  # fmt: skip
+    provenance = json.loads((small_cell.directory / "provenance.json").read_text())
+    assert provenance["versions"]["stable-baselines3"]
+    assert provenance["train_seconds"] > 0
+    curve = pd.read_csv(small_cell.directory / "progress.csv")
+    assert curve["time/env_steps"].tolist() == [64, 128, 192, 256]  # 2 games x 32 slots a rollout
+    assert {"missions/success_percent", "greedy/success_percent", "train/value_loss"} <= set(curve)
+    rows = pd.read_csv(small_cell.directory / "evaluation.csv")
+    assert len(rows) == small_cell.evaluation.episodes * small_cell.scenario.num_uavs
+
+
+def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None:
+    twin = replace(small_cell, directory=tmp_path / "twin")
+    for cell in (small_cell, twin):
+        run_cell(cell, ignore)
+    for name in ("evaluation.csv", "progress.csv", "config.yaml"):
+        assert (small_cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
+    for name, value in parameters(small_cell).items():
+        assert th.equal(value, parameters(twin)[name]), name
+
+
+@pytest.mark.usefixtures("often")
+@pytest.mark.parametrize("limit", [128, 192, 256])
+def test_a_cut_training_resumes_as_if_there_had_been_no_cut(small_cell: Cell, tmp_path: Path, limit: int) -> None:
+    whole = replace(small_cell, directory=tmp_path / "whole")
+    run_cell(whole, ignore)
+    with pytest.raises(CutError):
+        run_cell(small_cell, cut_at(limit))
+    assert not is_finished(small_cell)
+    np.random.seed(0)
+    th.manual_seed(0)
+    reports: list[int] = []
+    run_cell(small_cell, reports.append)
+    assert reports[0] == limit - 64
+    for name in ("evaluation.csv", "progress.csv"):
+        assert (small_cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
+    for name, value in parameters(small_cell).items():
+        assert th.equal(value, parameters(whole)[name]), name
+
+
+@pytest.mark.usefixtures("often")
+def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: Cell) -> None:
+    with pytest.raises(CutError):
+        run_cell(small_cell, cut_at(128))
+    path = checkpoint.checkpoint_path(small_cell)
+    path.write_bytes(path.read_bytes()[:1000])
+    with pytest.warns(UserWarning, match=r"checkpoint\.pt"):
+        run_cell(small_cell, ignore)
+    assert is_finished(small_cell)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_checkpoint_of_other_settings_is_not_used(small_cell: Cell) -> None:
+    with pytest.raises(CutError):
+        run_cell(small_cell, cut_at(128))
+    other = replace(small_cell, seed=4)
+    reports: list[int] = []
+    run_cell(other, reports.append)
+    assert reports[0] == 0
+
+
+def test_a_run_made_with_other_settings_is_not_finished(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    assert not is_finished(replace(small_cell, seed=4))
+
+
+def test_a_finished_run_plays_as_it_was_evaluated(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    again = load_run(small_cell.directory)
+    assert again == small_cell
+    rows = evaluate(load_player(again), again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed)
+    saved = pd.read_csv(small_cell.directory / "evaluation.csv")
+    np.testing.assert_allclose(rows["reward"], saved["reward"], rtol=1e-8)
+    assert (rows["slots"] == saved["slots"]).all()
+
+
+@pytest.mark.parametrize("keep", [0, 200, 5000])
+def test_a_truncated_model_is_named_in_one_line(small_cell: Cell, keep: int) -> None:
+    run_cell(small_cell, ignore)
+    path = small_cell.directory / "model.zip"
+    path.write_bytes(path.read_bytes()[:keep])
+    with pytest.raises(UserError, match=r"model\.zip") as refusal:
+        load_player(small_cell)
+    assert "\n" not in str(refusal.value)
+
+
+def test_a_model_of_another_method_is_refused(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    other = small_cell.method.model_copy(update={"policy": "state_critic"})
+    with pytest.raises(UserError, match="not a whole model of this method"):
+        load_player(replace(small_cell, method=other))
+
+
+def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="holds no run"):
+        load_run(tmp_path)
+    (tmp_path / "config.yaml").write_text("seed: 1\n")
+    with pytest.raises(UserError, match="not the configuration of a run"):
+        load_run(tmp_path)
+
+
+def test_settings_an_algorithm_refuses_are_named(small_cell: Cell) -> None:
+    bad = small_cell.method.model_copy(update={"settings": {"batch_size": 1}})
+    with pytest.raises(UserError, match="mappo refuses its settings"):
+        build_model(replace(small_cell, method=bad))
+
+
+def test_a_player_without_training_leaves_rows_too(small_cell: Cell, tmp_path: Path) -> None:
+    random = Cell(
+        "random", Method(label="Random", player="random"), 0, Scenario(), small_cell.evaluation, tmp_path / "r"
+    )
+    run_cell(random, ignore)
+    assert is_finished(random)
+    assert not (tmp_path / "r" / "model.zip").exists()

@@ -1,0 +1,92 @@
+"""Evaluation: one raw row an episode and UAV, on missions that a seed fixes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+import pytest
+from numpy.typing import NDArray
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import COLUMNS, evaluate, summarize
+from lawn_sb3.game.player import RandomPlayer
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import PRESETS
+
+PAPER = PRESETS["paper"]
+
+
+class StraightPlayer:
+    """Takes the move that ends nearest to the destination."""
+
+    name = "straight"
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Nothing to prepare."""
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Compare all moves."""
+        state = simulator.state
+        ends = state.position[:, :, None] + simulator.rules.actions
+        return np.asarray(np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1))
+
+
+def test_every_player_flies_the_same_missions() -> None:
+    random = evaluate(RandomPlayer(), PAPER, 50, seed=5)
+    straight = evaluate(StraightPlayer(), PAPER, 50, seed=5)
+    assert (random["min_slots"] == straight["min_slots"]).all()
+    assert (evaluate(StraightPlayer(), PAPER, 50, seed=6)["min_slots"] != straight["min_slots"]).any()
+
+
+def test_equal_seeds_give_equal_rows_and_the_player_has_a_seed_of_its_own() -> None:
+    rows = evaluate(RandomPlayer(), PAPER, 20, seed=5, player_seed=1)
+    pd.testing.assert_frame_equal(rows, evaluate(RandomPlayer(), PAPER, 20, seed=5, player_seed=1))
+    assert (rows["reward"] != evaluate(RandomPlayer(), PAPER, 20, seed=5, player_seed=2)["reward"]).any()
+
+
+def test_a_straight_flight_takes_the_least_time_and_its_utility_is_its_rate() -> None:
+    rows = evaluate(StraightPlayer(), PAPER, 50, seed=5)
+    assert rows["arrived"].all()
+    assert (rows["slots"] == rows["min_slots"]).all()
+    np.testing.assert_allclose(rows["utility_mbps"], rows["rate_mbps"])
+
+
+def test_makespan_is_the_slots_of_the_last_uav_of_the_episode() -> None:
+    rows = evaluate(RandomPlayer(), PAPER, 30, seed=5)
+    assert (rows.groupby("episode")["slots"].max() == rows.groupby("episode")["makespan_slots"].first()).all()
+
+
+def test_a_failed_mission_has_flown_until_the_deadline_and_has_no_utility() -> None:
+    rows = evaluate(RandomPlayer(), PAPER, 30, seed=5)
+    failed = rows[~rows["arrived"]]
+    assert len(failed)
+    assert (failed["slots"] == PAPER.max_slots).all()
+    assert (failed["utility_mbps"] == 0.0).all()
+
+
+def test_summary_by_hand() -> None:
+    # Two episodes of two UAVs.
+    rows = pd.DataFrame(
+        [
+            (0, 0, 1.0, 10.0, 2, 2, True, 10.0, 0, 4),
+            (0, 1, 2.0, 20.0, 4, 2, True, 10.0, 1, 4),
+            (1, 0, 3.0, 30.0, 8, 2, False, 0.0, 0, 8),
+            (1, 1, 4.0, 40.0, 2, 2, True, 40.0, 1, 8),
+        ],
+        columns=list(COLUMNS),
+    )
+    assert summarize(rows) == {
+        "reward": 2.5,  # (1 + 2 + 3 + 4) / 4
+        "rate_mbps": 25.0,
+        "makespan_slots": 6.0,  # (4 + 8) / 2
+        "completion_slots": 4.0,  # (2 + 4 + 8 + 2) / 4
+        "success_percent": 75.0,
+        "utility_mbps": 15.0,  # 60 / 4
+        "welfare_mbps": 30.0,  # (20 + 40) / 2
+        "collisions": 0.5,
+    }
+
+
+def test_no_episode_is_refused() -> None:
+    with pytest.raises(UserError, match="episodes = 0"):
+        evaluate(RandomPlayer(), PAPER, 0, seed=5)

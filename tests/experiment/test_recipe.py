@@ -1,0 +1,110 @@
+"""Recipes: checked as a whole before anything runs, with one clear line for what is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.recipe import Cell, cells, load_recipe
+from lawn_sb3.experiment.registry import REPOSITORY
+
+GOOD = {
+    "scenario": "paper",
+    "seeds": [0, 1],
+    "methods": {
+        "random": {"label": "Random", "player": "random"},
+        "mappo": {"label": "MAPPO", "algo": "mappo", "env_steps": 100, "settings": {"gamma": 0.9}},
+    },
+}
+
+
+def written(folder: Path, content: object) -> Path:
+    """A recipe file."""
+    path = folder / "mine.yaml"
+    path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def learner(**values: object) -> dict[str, object]:
+    """A method that trains."""
+    return {"label": "M", "algo": "mappo", "env_steps": 1, **values}
+
+
+def changed(**methods: object) -> dict[str, object]:
+    """The good recipe with some methods changed or added."""
+    return {**GOOD, "methods": {**GOOD["methods"], **methods}}  # type: ignore[dict-item]
+
+
+@pytest.mark.parametrize("name", ["paper", "quick"])
+def test_shipped_recipes_are_valid(name: str) -> None:
+    recipe = load_recipe(REPOSITORY / "runs" / f"{name}.yaml")
+    assert {"random", "mappo", "mappo-state"} <= set(recipe.methods)
+
+
+def test_paper_recipe_has_five_seeds_and_watches_other_missions_than_it_tests() -> None:
+    recipe = load_recipe(REPOSITORY / "runs" / "paper.yaml")
+    assert len(recipe.seeds) == 5
+    assert recipe.evaluation.episodes == 200
+    assert recipe.evaluation.watch_seed != recipe.evaluation.seed
+
+
+def test_a_recipe_is_named_after_its_file_and_has_one_cell_for_each_method_and_seed(tmp_path: Path) -> None:
+    recipe = load_recipe(written(tmp_path, GOOD))
+    assert recipe.name == "mine"
+    made = cells(recipe, tmp_path / "mine")
+    assert [(cell.key, cell.seed) for cell in made] == [("random", 0), ("mappo", 0), ("random", 1), ("mappo", 1)]
+    assert made[3].directory == tmp_path / "mine" / "mappo" / "seed-1"
+
+
+def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
+    assert load_recipe(written(tmp_path, GOOD)).methods["mappo"].policy == "centralized_critic"
+
+
+@pytest.mark.parametrize(
+    ("content", "expected"),
+    [
+        ({**GOOD, "seeds": []}, "seeds"),
+        ({**GOOD, "seeds": [1, 1]}, "none twice"),
+        ({**GOOD, "sedes": [1]}, "did you mean 'seeds'"),
+        ({**GOOD, "scenario": "papre"}, "did you mean 'paper'"),
+        ({**GOOD, "set": ["num_uavs=0"]}, "num_uavs = 0"),
+        ({**GOOD, "set": ["num_uav=5"]}, "did you mean 'num_uavs'"),
+        ({**GOOD, "evaluation": {"episode": 5}}, "did you mean 'episodes'"),
+        (changed(mappo=learner(algo="mapo")), "did you mean 'mappo'"),
+        (changed(mappo=learner(env_steps=0)), "env_steps"),
+        (changed(mappo=learner(env_steps=-1)), "env_steps = -1"),
+        (changed(mappo=learner(env_stesp=1)), "did you mean 'env_steps'"),
+        (
+            changed(mappo=learner(settings={"gama": 1})),
+            "did you mean 'gamma'",
+        ),
+        (changed(mappo=learner(settings={"ent_coef": "lin_x"})), "lin_X"),
+        (changed(mappo=learner(policy="centralized")), "centralized_critic"),
+        (changed(nobody={"label": "M"}), "either a player or an algo"),
+        (
+            changed(both=learner(player="random")),
+            "either a player or an algo",
+        ),
+        (changed(idle={"label": "M", "player": "random", "env_steps": 5}), "without training"),
+        (changed(**{"../up": {"label": "M", "player": "random"}}), "names a folder"),
+    ],
+)
+def test_a_bad_recipe_is_refused_in_one_line(tmp_path: Path, content: object, expected: str) -> None:
+    with pytest.raises(UserError) as refusal:
+        load_recipe(written(tmp_path, content))
+    assert expected in str(refusal.value)
+    assert "\n" not in str(refusal.value)
+
+
+def test_the_fingerprint_depends_on_settings_and_seed_but_not_on_labels(small_cell: Cell) -> None:
+    relabelled = replace(small_cell, method=small_cell.method.model_copy(update={"label": "another"}))
+    assert relabelled.fingerprint() == small_cell.fingerprint()
+    assert replace(small_cell, seed=4).fingerprint() != small_cell.fingerprint()
+    longer = replace(small_cell, method=small_cell.method.model_copy(update={"env_steps": 512}))
+    assert longer.fingerprint() != small_cell.fingerprint()
+    crowded = replace(small_cell, scenario=small_cell.scenario.changed(num_uavs=5))
+    assert crowded.fingerprint() != small_cell.fingerprint()

@@ -1,0 +1,79 @@
+"""Names: policies by file name or by module, algorithms and players by name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.registry import find_algorithm, find_player, find_policy
+
+OWN_POLICY = '''
+import torch as th
+from lawn_sb3.algos.mappo import CTDEPolicy
+
+class OwnPolicy(CTDEPolicy):
+    """A critic that sees nothing but the loads."""
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        return flat[:, self.layout.cell_loads]
+'''
+
+
+def test_a_file_in_policies_is_found_by_its_name() -> None:
+    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
+    assert find_policy("centralized_critic").__name__ == "CentralizedCriticPolicy"
+
+
+def test_a_policy_is_found_by_module_and_class() -> None:
+    assert find_policy("policies.state_critic:StateCriticPolicy").__name__ == "StateCriticPolicy"
+
+
+def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "policies").mkdir()
+    (tmp_path / "policies" / "only_here.py").write_text(OWN_POLICY, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert find_policy("only_here").__name__ == "OwnPolicy"
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("import nothing_of_that_name", "ModuleNotFoundError"),
+        ("x = 1", "must hold one policy class, found 0"),
+        (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),
+    ],
+)
+def test_a_broken_policy_file_is_named_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, expected: str
+) -> None:
+    (tmp_path / "policies").mkdir()
+    (tmp_path / "policies" / "broken.py").write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=expected) as refusal:
+        find_policy("broken")
+    assert "broken.py" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("stat_critic", "did you mean 'state_critic'"),
+        ("no.such.module:Policy", "cannot be imported"),
+        ("policies.state_critic:Nobody", "no class 'Nobody'"),
+        ("lawn_sb3.scenario:Scenario", "not an SB3 policy"),
+    ],
+)
+def test_an_unknown_policy_is_refused(name: str, expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
+        find_policy(name)
+
+
+def test_unknown_algorithms_and_players_are_refused() -> None:
+    with pytest.raises(UserError, match="did you mean 'mappo'"):
+        find_algorithm("mapo")
+    with pytest.raises(UserError, match="did you mean 'random'"):
+        find_player("randon")

@@ -1,0 +1,281 @@
+"""The simulator: seeds, snapshots, missions, how games go on, what is refused, and the paper's Random row."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.game import Missions, Simulator
+from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.scenario import PRESETS, Scenario
+from tests.game.random_play import SEEDS, random_actions, random_play, scenarios
+
+PAPER = PRESETS["paper"]
+SMALL = PAPER.changed(width_voxels=3, length_voxels=3, max_slots=8)  # so small that missions end all the time
+BOTH = pytest.mark.parametrize("continuation", ["mission", "episode"])
+
+
+def history(simulator: Simulator, seed: int, slots: int = 40) -> list[np.ndarray]:
+    """All that happens in a while of random play, going on after every slot."""
+    arrays: list[np.ndarray] = []
+    for played in random_play(simulator, seed, slots):
+        arrays += [*played.outcome, *played.state]
+        simulator.go_on()
+    return arrays
+
+
+def assert_equal(one: list[np.ndarray], other: list[np.ndarray]) -> None:
+    for mine, theirs in zip(one, other, strict=True):
+        np.testing.assert_array_equal(mine, theirs)
+
+
+def ends(simulator: Simulator, game: int, uavs: np.ndarray) -> list[tuple[int, ...]]:
+    """Positions and destinations of some UAVs of one game."""
+    state = simulator.state
+    return [tuple(v) for v in [*state.position[game, uavs].tolist(), *state.destination[game, uavs].tolist()]]
+
+
+# Seeds
+
+
+@BOTH
+def test_same_seed_gives_the_same_games(continuation: Continuation) -> None:
+    one, other = (Simulator(SMALL, 3, seed=7, continuation=continuation) for _ in range(2))
+    assert_equal(history(one, seed=1), history(other, seed=1))
+
+
+def test_seed_sequence_seeds_too() -> None:
+    one, other = (Simulator(PAPER, 3, seed=np.random.SeedSequence(7, spawn_key=(1,))) for _ in range(2))
+    assert_equal([*one.state], [*other.state])
+
+
+def test_other_seed_gives_other_missions() -> None:
+    one, other = Simulator(PAPER, 3, seed=7), Simulator(PAPER, 3, seed=8)
+    assert (one.state.position != other.state.position).any()
+
+
+def test_no_seed_gives_other_missions_each_time() -> None:
+    assert (Simulator(PAPER, 3).state.position != Simulator(PAPER, 3).state.position).any()
+
+
+def test_games_of_one_simulator_differ() -> None:
+    position = Simulator(PAPER, 2, seed=7).state.position
+    assert (position[0] != position[1]).any()
+
+
+def test_reset_with_a_seed_starts_over_and_without_goes_on() -> None:
+    simulator = Simulator(PAPER, 3, seed=7)
+    first = simulator.state.position.copy()
+    simulator.reset()
+    assert (simulator.state.position != first).any()
+    simulator.reset(seed=7)
+    np.testing.assert_array_equal(simulator.state.position, first)
+
+
+def test_reset_starts_clocks_and_rates_anew() -> None:
+    simulator = Simulator(SMALL, 3, seed=7)
+    for _ in random_play(simulator, seed=1, slots=5):
+        pass
+    simulator.reset()
+    assert simulator.state.flying.all()
+    assert not simulator.state.slot.any()
+    assert not simulator.state.ema_rate_mbps.any()
+
+
+# Snapshots
+
+
+@BOTH
+def test_restored_snapshot_goes_on_as_if_nothing_had_happened(continuation: Continuation) -> None:
+    simulator = Simulator(SMALL, 3, seed=7, continuation=continuation)
+    history(simulator, seed=1, slots=5)
+    snapshot = simulator.snapshot()
+    expected = history(simulator, seed=2)
+    simulator.restore(snapshot)
+    assert_equal(history(simulator, seed=2), expected)
+    simulator.restore(snapshot)  # a second time: going on has not changed the snapshot
+    assert_equal(history(simulator, seed=2), expected)
+
+
+def test_snapshot_can_be_restored_in_another_simulator() -> None:
+    one, other = Simulator(SMALL, 3, seed=7), Simulator(SMALL, 3, seed=8)
+    history(one, seed=1)
+    other.restore(one.snapshot())
+    assert_equal(history(other, seed=2), history(one, seed=2))
+
+
+def test_snapshot_of_another_shape_is_refused() -> None:
+    with pytest.raises(UserError, match=r"\(3, 4, 3\).*\(2, 4, 3\)"):
+        Simulator(PAPER, 2, seed=7).restore(Simulator(PAPER, 3, seed=7).snapshot())
+
+
+# Missions
+
+
+@given(scenario=scenarios(), seed=SEEDS)
+@settings(max_examples=50)
+def test_missions_of_a_new_game_never_overlap(scenario: Scenario, seed: int) -> None:
+    simulator = Simulator(scenario, 2, seed)
+    everybody = np.ones(scenario.num_uavs, dtype=bool)
+    for game in range(2):
+        assert len(set(ends(simulator, game, everybody))) == 2 * scenario.num_uavs
+
+
+@given(scenario=scenarios(), seed=SEEDS)
+@settings(max_examples=50)
+def test_new_mission_never_overlaps_with_those_in_flight(scenario: Scenario, seed: int) -> None:
+    simulator = Simulator(scenario, 2, seed, "mission")
+    for played in random_play(simulator, seed, slots=20):
+        simulator.go_on()
+        assert simulator.state.flying.all()
+        for game, still_flying in enumerate(played.state.flying):
+            in_flight = set(ends(simulator, game, still_flying))
+            new = ends(simulator, game, ~still_flying)
+            assert len(set(new)) == len(new)
+            assert in_flight.isdisjoint(new)
+
+
+def test_new_mission_starts_the_clock_and_the_rate_anew() -> None:
+    simulator = Simulator(SMALL, 20, seed=7, continuation="mission")
+    for played in random_play(simulator, seed=1, slots=20):
+        simulator.go_on()
+        new = ~played.state.flying
+        assert not simulator.state.slot[new].any()
+        assert not simulator.state.ema_rate_mbps[new].any()
+        steps = np.abs(simulator.state.position - simulator.state.destination).sum(axis=-1)
+        assert (simulator.state.min_slots[new] == np.ceil(steps[new] / 3)).all()
+
+
+def test_explicit_missions_are_flown() -> None:
+    origins = np.array([[0, 0, 0], [1, 1, 1], [2, 2, 2], [9, 9, 0]])
+    simulator = Simulator(PAPER, 2)
+    simulator.reset(missions=Missions(origins, origins[::-1]))
+    assert simulator.state.position.tolist() == [origins.tolist()] * 2
+    assert simulator.state.destination.tolist() == [origins[::-1].tolist()] * 2
+    # 9 + 9 + 0 = 18 steps and 1 + 1 + 1 = 3 steps, at 3 a slot
+    assert simulator.state.min_slots.tolist() == [[6, 1, 1, 6]] * 2
+
+    by_game = np.array([origins, origins[::-1]])
+    simulator.reset(missions=Missions(by_game, by_game[::-1]))
+    assert simulator.state.position.tolist() == by_game.tolist()
+    assert simulator.state.destination.tolist() == by_game[::-1].tolist()
+
+
+def test_refused_missions_leave_the_game_as_it_was() -> None:
+    simulator = Simulator(PAPER, 1, seed=7)
+    before = simulator.state.position.copy()
+    with pytest.raises(UserError, match="origins have shape"):
+        simulator.reset(missions=Missions(np.zeros((2, 3), dtype=int), np.ones((2, 3), dtype=int)))
+    np.testing.assert_array_equal(simulator.state.position, before)
+
+
+# Going on
+
+
+def test_episode_restarts_a_game_only_once_all_its_uavs_are_done() -> None:
+    simulator = Simulator(SMALL, 20, seed=7, continuation="episode")
+    restarts = waits = 0
+    for played in random_play(simulator, seed=1, slots=30):
+        simulator.go_on()
+        over = ~played.state.flying.any(axis=1)
+        assert simulator.state.flying[over].all()
+        assert not simulator.state.slot[over].any()
+        np.testing.assert_array_equal(simulator.state.flying[~over], played.state.flying[~over])
+        np.testing.assert_array_equal(simulator.state.destination[~over], played.state.destination[~over])
+        restarts += over.sum()
+        waits += (~played.state.flying[~over]).sum()
+    assert restarts > 20
+    assert waits > 20
+
+
+def test_nothing_happens_to_uavs_that_are_down_until_they_go_on() -> None:
+    simulator = Simulator(SMALL, 5, seed=7)
+    *_, last = random_play(simulator, seed=1, slots=SMALL.max_slots)
+    assert not last.state.flying.any()
+    *_, later = random_play(simulator, seed=2, slots=3)
+    assert_equal([*later.state], [*last.state])
+    assert [np.count_nonzero(field) for field in later.outcome] == [0] * len(later.outcome)
+
+
+# Sizes
+
+
+@BOTH
+def test_one_uav_in_one_game_plays(continuation: Continuation) -> None:
+    simulator = Simulator(SMALL.changed(num_uavs=1), 1, seed=7, continuation=continuation)
+    ended = 0
+    for played in random_play(simulator, seed=1, slots=30):
+        simulator.go_on()
+        assert simulator.state.flying.all()
+        assert not played.outcome.collided.any()
+        ended += (~played.state.flying).sum()
+    assert ended > 3  # at most 8 slots each
+
+
+def test_as_printed_airspace_plays() -> None:
+    simulator = Simulator(PRESETS["as-printed"], 5, seed=7)
+    for played in random_play(simulator, seed=1, slots=100):
+        assert (played.state.position < (100, 100, 30)).all()
+        assert (played.outcome.rate_mbps[played.flew] > 0).all()
+    assert not simulator.state.flying.any()
+
+
+# Refusals
+
+
+@pytest.mark.parametrize(
+    ("actions", "said"),
+    [
+        (np.zeros((4,), dtype=int), ["(4,)", "(2, 4)"]),
+        (np.zeros((4, 2), dtype=int), ["(4, 2)", "(2, 4)"]),
+        (np.zeros((2, 4, 1), dtype=int), ["(2, 4, 1)", "(2, 4)"]),
+        (np.full((2, 4), 63), ["0 to 62"]),
+        (np.full((2, 4), -1), ["0 to 62"]),
+    ],
+    ids=["one-game", "transposed", "too-deep", "too-high", "negative"],
+)
+def test_actions_that_do_not_exist_are_refused(actions: np.ndarray, said: list[str]) -> None:
+    simulator = Simulator(PAPER, 2, seed=7)
+    before = simulator.state.position.copy()
+    with pytest.raises(UserError) as refusal:
+        simulator.step(actions)
+    assert [words for words in said if words not in str(refusal.value)] == []
+    np.testing.assert_array_equal(simulator.state.position, before)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [({"num_games": 0}, "num_games = 0: at least 1"), ({"continuation": "missions"}, "did you mean 'mission'")],
+)
+def test_impossible_simulator_is_refused(arguments: dict[str, Any], said: str) -> None:
+    with pytest.raises(UserError, match=said):
+        Simulator(PAPER, **arguments)
+
+
+# Table II
+
+
+def test_random_play_gives_the_random_row_of_table_ii() -> None:
+    """Success 22.4 %, R-hat 36.20 Mbps, makespan 100.0 slots, accumulated reward -3.57 (Table II)."""
+    episodes = 1_000
+    simulator = Simulator(PAPER, episodes, seed=0, continuation="episode")
+    rng = np.random.default_rng(1)
+    shape = simulator.state.flying.shape
+    arrived, reward, corrected_mbps = np.zeros(shape, dtype=bool), np.zeros(shape), np.zeros(shape)
+    for _ in range(PAPER.max_slots):
+        flew = simulator.state.flying.copy()
+        outcome = simulator.step(random_actions(simulator, rng))
+        arrived |= outcome.arrived
+        reward += outcome.reward_terms.sum(axis=-1)
+        corrected_mbps = np.where(flew, outcome.corrected_rate_mbps, corrected_mbps)
+    assert not simulator.state.flying.any()
+    completion = np.where(arrived, simulator.state.slot, PAPER.max_slots)
+
+    assert 21.0 <= 100 * arrived.mean() <= 24.0
+    assert 35.7 <= corrected_mbps.mean() <= 37.1
+    assert completion.max(axis=1).mean() >= 99.7
+    assert -3.8 <= reward.mean() <= -3.2

@@ -1,0 +1,147 @@
+from typing import Any
+
+import numpy as np
+import pytest
+import torch as th
+from torch import nn
+
+from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy
+from lawn_sb3.envs import make_vec_env
+from policies.centralized_critic import CentralizedCriticPolicy
+from policies.state_critic import StateCriticPolicy
+from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, learner, small_env, some_observations
+
+POLICIES = [CentralizedCriticPolicy, StateCriticPolicy]
+CASES = [(policy, trained) for policy in POLICIES for trained in (False, True)]
+
+
+def case_name(case: tuple[type[CTDEPolicy], bool]) -> str:
+    return f"{case[0].__name__}-{'trained' if case[1] else 'untrained'}"
+
+
+@pytest.fixture(scope="module", params=CASES, ids=case_name)
+def policy(request: pytest.FixtureRequest) -> CTDEPolicy:
+    """Each policy as it is built and after a little training.
+
+    An untrained one keeps SB3's value layer: MAPPO's answers 0 before the first rollout, whatever the state.
+    """
+    policy_class, trained = request.param
+    model: MAPPO = learner(policy_class, normalize_value=trained, policy_kwargs={})
+    built = (model.learn(3 * ROLLOUT) if trained else model).policy
+    assert isinstance(built, CTDEPolicy)
+    built.set_training_mode(False)
+    return built
+
+
+def probabilities(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
+    """The action distribution for each flat observation."""
+    with th.no_grad():
+        distribution: Any = policy.get_distribution(th.as_tensor(flat)).distribution
+    return np.asarray(distribution.probs)
+
+
+def values(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
+    with th.no_grad():
+        return policy.predict_values(th.as_tensor(flat)).numpy().ravel()
+
+
+def replaced(flat: np.ndarray, columns: slice) -> np.ndarray:
+    """The observations with some columns replaced by random numbers."""
+    changed, rng = flat.copy(), np.random.default_rng(0)
+    changed[:, columns] = rng.normal(scale=3.0, size=changed[:, columns].shape)
+    return changed
+
+
+def test_the_global_state_never_changes_an_action_distribution_but_the_value(policy: CTDEPolicy) -> None:
+    flat = some_observations()
+    other_state = replaced(flat, policy.layout.state)
+    np.testing.assert_array_equal(probabilities(policy, other_state), probabilities(policy, flat))
+    assert (np.abs(values(policy, other_state) - values(policy, flat)) > 1e-4).all()
+
+
+def test_no_single_number_of_the_global_state_reaches_the_actor(policy: CTDEPolicy) -> None:
+    flat = th.as_tensor(some_observations()).requires_grad_()
+    distribution: Any = policy.get_distribution(flat).distribution
+    distribution.logits[:, 0].sum().backward()
+    assert flat.grad is not None
+    assert (flat.grad[:, policy.layout.state] == 0.0).all()
+    assert (flat.grad[:, policy.layout.local] != 0.0).any(dim=0).all()
+
+
+def test_every_number_of_the_global_state_reaches_the_critic(policy: CTDEPolicy) -> None:
+    flat = th.as_tensor(some_observations()).requires_grad_()
+    policy.predict_values(flat).sum().backward()
+    assert flat.grad is not None
+    assert (flat.grad[:, policy.layout.state] != 0.0).any(dim=0).all()
+
+
+def test_the_local_observation_changes_the_action_distribution(policy: CTDEPolicy) -> None:
+    flat = some_observations()
+    elsewhere = replaced(flat, policy.layout.local)
+    assert (np.abs(probabilities(policy, elsewhere) - probabilities(policy, flat)).max(axis=1) > 1e-6).all()
+
+
+def test_only_the_centralized_critic_knows_whose_value_is_asked(policy: CTDEPolicy) -> None:
+    flat = small_env(seed=0).reset()
+    assert isinstance(flat, np.ndarray)
+    by_game = values(policy, flat).reshape(NUM_GAMES, SMALL.num_uavs)
+    spread = np.ptp(by_game, axis=1)
+    assert np.ptp(by_game[:, 0]) > 1e-3  # different games, different values
+    if isinstance(policy, StateCriticPolicy):
+        np.testing.assert_allclose(spread, 0.0, atol=1e-6)
+    else:
+        assert (spread > 1e-4).all()
+
+
+def test_the_state_critic_ignores_the_local_observation_and_the_centralized_one_does_not(policy: CTDEPolicy) -> None:
+    flat = some_observations()
+    elsewhere = values(policy, replaced(flat, policy.layout.local))
+    if isinstance(policy, StateCriticPolicy):
+        np.testing.assert_array_equal(elsewhere, values(policy, flat))
+    else:
+        assert (np.abs(elsewhere - values(policy, flat)) > 1e-4).all()
+
+
+def test_actor_and_critic_have_two_hidden_layers_of_256_relu_units(policy: CTDEPolicy) -> None:
+    layout = policy.layout
+    critic_dim = layout.state_dim if isinstance(policy, StateCriticPolicy) else layout.flat_dim
+    for network, input_dim in (
+        (policy.mlp_extractor.policy_net, layout.local_dim),
+        (policy.mlp_extractor.value_net, critic_dim),
+    ):
+        assert [type(layer) for layer in network] == [nn.Linear, nn.ReLU, nn.Linear, nn.ReLU]
+        assert [(layer.in_features, layer.out_features) for layer in network[::2]] == [(input_dim, 256), (256, 256)]
+    assert (policy.action_net.in_features, policy.action_net.out_features) == (256, 63)
+    last = policy.value_net if isinstance(policy.value_net, nn.Linear) else policy.value_net.linear
+    assert (last.in_features, last.out_features) == (256, 1)
+
+
+def test_actor_and_critic_share_no_parameter(policy: CTDEPolicy) -> None:
+    flat = th.as_tensor(some_observations())
+    policy.zero_grad(set_to_none=True)
+    policy.predict_values(flat).sum().backward()
+    touched = {name for name, parameter in policy.named_parameters() if parameter.grad is not None}
+    assert touched
+    assert all(name.startswith(("mlp_extractor.value_net", "value_net")) for name in touched)
+
+
+@pytest.mark.parametrize("policy_class", POLICIES)
+def test_training_changes_actor_and_critic(policy_class: type[CTDEPolicy]) -> None:
+    flat, model = some_observations(), learner(policy_class)
+    assert isinstance(model.policy, CTDEPolicy)
+    before = probabilities(model.policy, flat), values(model.policy, flat)
+    model.learn(3 * ROLLOUT)
+    assert not np.allclose(probabilities(model.policy, flat), before[0], atol=1e-6)
+    assert not np.allclose(values(model.policy, flat), before[1], atol=1e-3)
+
+
+def test_an_actor_can_be_moved_to_any_number_of_uavs() -> None:
+    """Its input is o_i, as long for every N; only the critic's depends on N."""
+
+    def shapes(num_uavs: int) -> dict[str, tuple[int, ...]]:
+        model = learner(StateCriticPolicy, make_vec_env(SMALL.changed(num_uavs=num_uavs), NUM_GAMES))
+        state = model.policy.state_dict()
+        return {name: tuple(tensor.shape) for name, tensor in state.items() if "policy_net" in name or "action" in name}
+
+    assert shapes(2) == shapes(4)
+    assert len(shapes(2)) == 6
