@@ -169,7 +169,7 @@ def _report(recipe_path: Path) -> None:
         table.add_column(heading, justify="left" if heading == "Method" else "right")
     for row in shown.itertuples(index=False):
         table.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 130).print(table)
+    Console(width=None if sys.stdout.isatty() else 160).print(table)
     for problem in results.problems:
         messages.print(f"not in the report: {problem}", style="yellow", markup=False)
     messages.print(f"report: {root / 'report' / 'README.md'}", soft_wrap=True)

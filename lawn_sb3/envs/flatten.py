@@ -17,6 +17,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
 from lawn_sb3.envs.training_env import Timeout, TrainingEnv
+from lawn_sb3.errors import UserError
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import Scenario
 
@@ -94,6 +95,30 @@ class FlatVecEnv(VecEnvWrapper):
         for game in set(self._indices(indices)):
             setattr(self.games[game], attr_name, value)
 
+    def has_attr(self, attr_name: str) -> bool:
+        """Whether all environments inside have an attribute.
+
+        :param attr_name: its name
+        :return: true if they do
+        """
+        return all(hasattr(game, attr_name) for game in self.games)
+
+    def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
+        """Refuse options: the games know none.
+
+        :param options: nothing, or empty
+        :raises UserError: if there are any
+        """
+        if options:
+            raise UserError("the training environment knows no reset options; LawnEnv takes missions by hand")
+
+    def get_images(self) -> Sequence[None]:
+        """Pictures of the games: none; render one with LawnEnv.
+
+        :return: nothing for each slot
+        """
+        return [None] * self.num_envs
+
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
@@ -139,7 +164,10 @@ def make_vec_env(
     :param continuation: ``mission`` (a new mission at once) or ``episode`` (wait for the game to restart)
     :param timeout: ``terminal`` (eq:terminal) or ``truncated`` (SB3 then bootstraps the value)
     :return: a vector environment of copies * G * N slots
+    :raises UserError: if an argument is not allowed
     """
+    if copies < 1:
+        raise UserError(f"copies = {copies}: at least 1")
     games = TrainingEnv(scenario, num_games, continuation, timeout, seed)
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import warnings
 from typing import Any, ClassVar, Literal
 
@@ -12,7 +13,7 @@ from pettingzoo import ParallelEnv
 
 from lawn_sb3.envs.observation import Observer
 from lawn_sb3.envs.rendering import draw_picture, draw_text
-from lawn_sb3.envs.training_env import Timeout
+from lawn_sb3.envs.training_env import Timeout, check_timeout
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.kernel import REWARD_TERMS
@@ -52,7 +53,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
         self.scenario = scenario
-        self.timeout = timeout
+        self.timeout = check_timeout(timeout)
         self.render_mode = render_mode
         self.simulator = Simulator(scenario)
         self.observer = Observer(scenario)
@@ -94,9 +95,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         for key in options:
             warnings.warn(f"reset option {key!r} is unknown and ignored; known: 'missions'", stacklevel=2)
         if missions is not None:
-            if len(missions) != 2:
-                raise UserError(f"option 'missions' holds {len(missions)} items, expected (origins, destinations)")
-            missions = Missions(*(np.asarray(part) for part in missions))
+            missions = _read_missions(missions)
         self.simulator.reset(seed=seed, missions=missions)
         self.agents = list(self.possible_agents)
         return self._observe(self.agents), {agent: self._first_info(i) for i, agent in enumerate(self.agents)}
@@ -117,7 +116,10 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         index = {agent: i for i, agent in enumerate(self.possible_agents)}
         joint = np.zeros((1, len(index)), dtype=np.int64)
         for agent in flew:
-            joint[0, index[agent]] = actions[agent]
+            try:
+                joint[0, index[agent]] = operator.index(actions[agent])
+            except TypeError:
+                raise UserError(f"action of {agent} = {actions[agent]!r}: a whole number") from None
         outcome = self.simulator.step(joint)
         arrived, timed_out = outcome.arrived[0], outcome.timed_out[0]
         truncates = self.timeout == "truncated"
@@ -189,3 +191,13 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             "utility_mbps": float(outcome.utility_mbps[0, uav]),
             "reward_terms": dict(zip(REWARD_TERMS, outcome.reward_terms[0, uav].tolist(), strict=True)),
         }
+
+
+def _read_missions(given: Any) -> Missions:
+    """Missions given by hand as a pair of arrays; what they hold is checked by the simulator."""
+    if not isinstance(given, list | tuple) or len(given) != 2:
+        raise UserError(f"option 'missions' = {given!r}: expected a pair (origins, destinations)")
+    try:
+        return Missions(*(np.asarray(part) for part in given))
+    except ValueError:
+        raise UserError(f"option 'missions' = {given!r}: origins and destinations are [N, 3] in voxels") from None

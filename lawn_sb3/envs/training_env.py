@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -10,10 +10,24 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from lawn_sb3.envs.observation import Observer
+from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
+
+
+def check_timeout(timeout: str) -> Timeout:
+    """Refuse a reading of the deadline that does not exist.
+
+    :param timeout: ``terminal`` or ``truncated``
+    :return: the same
+    :raises UserError: if it is neither
+    """
+    for known in get_args(Timeout):
+        if timeout == known:
+            return timeout  # type: ignore[return-value]
+    raise unknown_name("timeout", timeout, get_args(Timeout))
 
 
 class TrainingEnv(ParallelEnv):  # type: ignore[misc]
@@ -44,7 +58,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         seed: int | None = None,
     ) -> None:
         self.scenario = scenario
-        self.timeout = timeout
+        self.timeout = check_timeout(timeout)
         self.simulator = Simulator(scenario, num_games, seed, continuation)
         self.observer = Observer(scenario)
         self.layout = self.observer.layout

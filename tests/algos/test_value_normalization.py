@@ -56,7 +56,14 @@ def head_of(model: MAPPO) -> NormalizedValueHead:
 
 def some_head(seed: int = 0, width: int = 5) -> NormalizedValueHead:
     th.manual_seed(seed)
-    return NormalizedValueHead(nn.Linear(width, 1))
+    head = NormalizedValueHead(nn.Linear(width, 1))
+    head.forget()
+    return head
+
+
+def test_a_new_head_is_the_plain_layer() -> None:
+    head, features = NormalizedValueHead(nn.Linear(5, 1)), th.randn(4, 5)
+    assert th.equal(head(features), head.linear(features))
 
 
 def test_before_the_first_statistics_every_value_is_zero_whatever_the_scale_of_the_rewards() -> None:

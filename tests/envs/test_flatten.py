@@ -337,7 +337,6 @@ def test_slots_games_and_copies_multiply() -> None:
 # --- defects that remain -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.xfail(raises=AttributeError, strict=True, reason="FlatVecEnv hands has_attr to SuperSuit, which lacks it")
 def test_has_attr_answers_for_the_games() -> None:
     venv = make_vec_env(SHORT, 1)
     assert venv.has_attr("layout")

@@ -7,9 +7,11 @@ from typing import Any
 
 import torch as th
 from stable_baselines3 import PPO
+from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 from stable_baselines3.common.utils import FloatSchedule
+from torch import nn
 
 from lawn_sb3.algos.mappo.policies import CTDEPolicy
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
@@ -110,16 +112,23 @@ class MAPPO(PPO):
             device=device,
             _init_setup_model=False,
         )
+        if normalize_value and not issubclass(self.rollout_buffer_class or RolloutBuffer, NormalizedRolloutBuffer):
+            raise ValueError("value normalisation needs a rollout_buffer_class derived from NormalizedRolloutBuffer")
         if issubclass(self.policy_class, CTDEPolicy) and self.env is not None:
-            self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", 0)[0])
+            if not self.env.has_attr("layout"):
+                raise ValueError(f"{self.policy_class.__name__} needs an environment with a layout, from make_vec_env")
+            self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", [0])[0])
         if _init_setup_model:
             self._setup_model()
 
     def _setup_model(self) -> None:
         super()._setup_model()
         if self.normalize_value:
-            head = NormalizedValueHead(self.policy.value_net).to(self.device)
-            self.policy.value_net = head  # type: ignore[assignment]
+            head: nn.Module = self.policy.value_net
+            if not isinstance(head, NormalizedValueHead):  # a stock policy
+                head = NormalizedValueHead(self.policy.value_net).to(self.device)
+                self.policy.value_net = head  # type: ignore[assignment]
+            head.forget()
             self.rollout_buffer.value_head = head  # type: ignore[attr-defined]
             self._value_head = head
 

@@ -14,6 +14,7 @@ from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
+from lawn_sb3.algos.mappo.value_normalization import NormalizedValueHead
 from lawn_sb3.envs.observation import ObservationLayout
 
 
@@ -30,9 +31,10 @@ class ActorCriticExtractor(nn.Module):
         # A bound method in a plain tuple: the policy must not become a submodule of its own part.
         self._views = (policy.actor_input, policy.critic_input)
         probe = th.zeros(1, policy.layout.flat_dim)
-        pi, vf = net_arch["pi"], net_arch["vf"]
-        self.policy_net = nn.Sequential(*create_mlp(self._views[0](probe).shape[1], -1, pi, activation_fn))
-        self.value_net = nn.Sequential(*create_mlp(self._views[1](probe).shape[1], -1, vf, activation_fn))
+        pi = [self._views[0](probe).shape[1], *net_arch["pi"]]
+        vf = [self._views[1](probe).shape[1], *net_arch["vf"]]
+        self.policy_net = nn.Sequential(*create_mlp(pi[0], -1, pi[1:], activation_fn))
+        self.value_net = nn.Sequential(*create_mlp(vf[0], -1, vf[1:], activation_fn))
         self.latent_dim_pi = pi[-1]
         self.latent_dim_vf = vf[-1]
 
@@ -73,7 +75,7 @@ class CTDEPolicy(ActorCriticPolicy):
     :param action_space: the actions
     :param lr_schedule: learning rate as a function of the progress remaining
     :param layout: where o_i and x lie in the flat observation
-    :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
+    :param net_arch: widths of the hidden layers, for both or for the actor (``pi``) and the critic (``vf``)
     :param activation_fn: activation of the hidden layers
     :param kwargs: what else SB3's ``ActorCriticPolicy`` takes
     """
@@ -84,13 +86,15 @@ class CTDEPolicy(ActorCriticPolicy):
         action_space: spaces.Discrete,
         lr_schedule: Schedule,
         layout: ObservationLayout,
-        net_arch: dict[str, list[int]] | None = None,
+        net_arch: list[int] | dict[str, list[int]] | None = None,
         activation_fn: type[nn.Module] = nn.ReLU,
         **kwargs: Any,
     ) -> None:
         self.layout = layout
-        net_arch = {"pi": [256, 256], "vf": [256, 256]} if net_arch is None else net_arch
-        super().__init__(observation_space, action_space, lr_schedule, net_arch, activation_fn, **kwargs)
+        net_arch = [256, 256] if net_arch is None else net_arch
+        widths = net_arch if isinstance(net_arch, dict) else {"pi": net_arch, "vf": net_arch}
+        super().__init__(observation_space, action_space, lr_schedule, widths, activation_fn, **kwargs)
+        self.value_net = NormalizedValueHead(self.value_net)  # type: ignore[assignment]
 
     def actor_input(self, flat: th.Tensor) -> th.Tensor:
         """What the actor sees: o_i.

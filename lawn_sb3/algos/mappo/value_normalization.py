@@ -18,12 +18,15 @@ from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
+CONSTANT = 1e-6
+"""Returns whose relative spread is below this differ by rounding alone."""
+
 
 class NormalizedValueHead(nn.Module):
     """The last layer of a critic, answering in reward units, or in normalised units while it is trained.
 
-    Before the first statistics its standard deviation is 0: every value is 0 in reward units, whatever the scale of
-    the rewards.
+    As it is made, it changes nothing: mean 0, standard deviation 1. After :meth:`forget` the standard deviation is 0
+    until the first statistics: every value is 0 in reward units, whatever the scale of the rewards.
 
     :param linear: the critic's last layer
     """
@@ -35,7 +38,7 @@ class NormalizedValueHead(nn.Module):
         super().__init__()
         self.linear = linear
         self.register_buffer("mean", th.zeros((), dtype=th.float64))
-        self.register_buffer("std", th.zeros((), dtype=th.float64))
+        self.register_buffer("std", th.ones((), dtype=th.float64))
         self._in_normalized_units = False
 
     def forward(self, features: th.Tensor) -> th.Tensor:
@@ -66,6 +69,11 @@ class NormalizedValueHead(nn.Module):
         """
         return ((values - self.mean.item()) / (self.std.item() or 1.0)).astype(np.float32)
 
+    def forget(self) -> None:
+        """Start without statistics."""
+        self.mean.zero_()
+        self.std.zero_()
+
     @th.no_grad()
     def update(self, returns: NDArray[np.float32]) -> None:
         """Take mean and standard deviation from the returns of a rollout.
@@ -73,7 +81,7 @@ class NormalizedValueHead(nn.Module):
         :param returns: in reward units
         """
         mean, std = float(returns.mean(dtype=np.float64)), float(returns.std(dtype=np.float64))
-        if std == 0.0:  # constant returns say nothing about scale: keep the old one
+        if std <= CONSTANT * max(abs(mean), self.std.item()):  # says nothing about scale: keep the old one
             std = self.std.item()
         old_mean, old_std = self.mean.item(), self.std.item()
         self.mean.fill_(mean)

@@ -1,0 +1,179 @@
+"""The command line: JSON alone on standard output, one clear line for an error, the right exit status."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import yaml
+
+from lawn_sb3.cli import main
+from lawn_sb3.scenario import PRESETS, load_scenario
+
+QUICK = ["-params", "n_steps=32", "-params", "batch_size=64", "-params", "n_epochs=1"]
+TINY_RECIPE = {
+    "seeds": [0, 1],
+    "set": ["max_slots=20"],
+    "evaluation": {"episodes": 4, "watch_every": 200, "watch_episodes": 2},
+    "methods": {
+        "random": {"label": "Random", "paper_row": "Random", "player": "random"},
+        "mappo": {
+            "label": "MAPPO",
+            "algo": "mappo",
+            "env_steps": 128,
+            "num_games": 2,
+            "settings": {"n_steps": 32, "batch_size": 64, "n_epochs": 1},
+        },
+    },
+}
+
+
+def lawn(*arguments: str | Path, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run the command line in a process of its own."""
+    command = [sys.executable, "-m", "lawn_sb3", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd, check=False)
+
+
+def recipe(folder: Path, **changes: object) -> Path:
+    """A recipe that runs in seconds."""
+    path = folder / "tiny.yaml"
+    path.write_text(yaml.safe_dump({**TINY_RECIPE, **changes}, sort_keys=False), encoding="utf-8")
+    return path
+
+
+def test_help_shows_defaults_for_every_command() -> None:
+    listed = lawn("--help")
+    assert listed.returncode == 0
+    for command in ("train", "evaluate", "reproduce", "report", "bench", "scenario"):
+        assert command in listed.stdout
+        shown = lawn(command, "--help")
+        assert shown.returncode == 0
+        assert "default" in shown.stdout or command == "bench"  # whose options are switches
+
+
+def test_evaluate_prints_one_json_object_and_nothing_else() -> None:
+    done = lawn("evaluate", "--player", "random", "--episodes", "20", "--json")
+    assert done.returncode == 0
+    figures = json.loads(done.stdout)
+    expected = "method scenario episodes seed reward rate_mbps makespan_slots completion_slots success_percent"
+    assert {*expected.split(), "utility_mbps", "welfare_mbps"} <= set(figures)
+    assert figures["episodes"] == 20
+
+
+def test_a_model_is_trained_and_evaluated(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    done = lawn("train", "--env-steps", "128", "--num-games", "2", *QUICK, "--set", "max_slots=20", "--out", run)
+    assert done.returncode == 0, done.stderr
+    first = lawn("evaluate", "--run", run, "--episodes", "10", "--json")
+    assert json.loads(first.stdout)["method"] == "run"
+    assert first.stdout == lawn("evaluate", "--run", run, "--episodes", "10", "--json").stdout
+    rows = tmp_path / "rows.csv"
+    sampled = lawn("evaluate", "--run", run, "--episodes", "10", "--sample", "--json", "--rows", rows)
+    assert sampled.stdout != first.stdout
+    assert len(rows.read_text().splitlines()) == 1 + 10 * 4
+    crowded = lawn("evaluate", "--run", run, "--set", "num_uavs=5")
+    assert crowded.returncode == 2
+    assert "trained for 4 UAVs" in crowded.stderr
+
+
+def test_reproduce_runs_what_is_missing_and_keeps_what_is_finished(tmp_path: Path) -> None:
+    path = recipe(tmp_path)
+    done = lawn("reproduce", path)
+    assert done.returncode == 0, done.stderr
+    assert "Table II" in done.stdout
+    assert (tmp_path / "tiny" / "report" / "README.md").exists()
+    kept = (tmp_path / "tiny" / "mappo" / "seed-0" / "provenance.json").read_bytes()
+    (tmp_path / "tiny" / "mappo" / "seed-1" / "finished").unlink()
+    again = lawn("reproduce", path)
+    assert "3 of 4 runs are finished already" in again.stderr
+    assert (tmp_path / "tiny" / "mappo" / "seed-0" / "provenance.json").read_bytes() == kept
+    report = lawn("report", path)
+    assert report.returncode == 0
+    assert report.stdout == again.stdout
+
+
+def test_a_failed_run_leaves_the_others_finished_and_status_1(tmp_path: Path) -> None:
+    bad = {"label": "Bad", "algo": "mappo", "env_steps": 128, "num_games": 2, "settings": {"batch_size": 1}}
+    path = recipe(tmp_path, methods={**TINY_RECIPE["methods"], "bad": bad}, seeds=[0])  # type: ignore[dict-item]
+    done = lawn("reproduce", path)
+    assert done.returncode == 1
+    assert "bad seed 0" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "tiny" / "mappo" / "seed-0" / "finished").exists()
+    assert "MAPPO" in done.stdout
+
+
+def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -> None:
+    methods = {"mappo": {**TINY_RECIPE["methods"]["mappo"], "env_steps": 400_000}}  # type: ignore[index]
+    path = recipe(tmp_path, methods=methods, seeds=[0])
+    command = [sys.executable, "-m", "lawn_sb3", "reproduce", str(path)]
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    progress = tmp_path / "tiny" / "mappo" / "seed-0" / "progress.csv"
+    for _ in range(600):
+        if progress.exists() and progress.read_text():
+            break
+        time.sleep(0.1)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in said
+    assert "Traceback" not in said
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["evaluate"], "either --run DIR or --player NAME"),
+        (["evaluate", "--player", "randon"], "did you mean 'random'"),
+        (["evaluate", "--player", "random", "--scenario", "papre"], "did you mean 'paper'"),
+        (["evaluate", "--player", "random", "--set", "rb_bandwidth_hz=-5"], "rb_bandwidth_hz = -5"),
+        (["evaluate", "--player", "random", "--set", "num_uav=5"], "did you mean 'num_uavs'"),
+        (["evaluate", "--player", "random", "--set", "num_uavs"], "expected key=value"),
+        (["evaluate", "--run", "nowhere"], "holds no run"),
+        (["train", "--out", "x", "--algo", "mapo"], "did you mean 'mappo'"),
+        (["train", "--out", "x", "--policy", "stat_critic"], "did you mean 'state_critic'"),
+        (["train", "--out", "x", "-params", "gama=1"], "did you mean 'gamma'"),
+        (["reproduce", "nowhere.yaml"], "nowhere.yaml"),
+        (["report", "nowhere.yaml"], "nowhere.yaml"),
+    ],
+)
+def test_bad_input_gets_one_line_and_status_2(
+    arguments: list[str],
+    expected: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["lawn-sb3", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    said = capsys.readouterr()
+    assert end.value.code == 2
+    assert expected in said.err
+    assert len(said.err.strip().splitlines()) == 1
+    assert said.out == ""
+    assert not (tmp_path / "x").exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no device that is always full")
+def test_a_full_disk_is_named_with_status_1() -> None:
+    done = lawn("evaluate", "--player", "random", "--episodes", "2", "--rows", "/dev/full/rows.csv")
+    assert done.returncode == 1
+    assert "rows.csv" in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_a_scenario_is_printed_as_yaml_that_reads_back(tmp_path: Path) -> None:
+    done = lawn("scenario", "as-printed", "--set", "num_uavs=8", "--yaml")
+    (tmp_path / "mine.yaml").write_text(done.stdout)
+    assert load_scenario(str(tmp_path / "mine.yaml")) == PRESETS["as-printed"].changed(num_uavs=8)
+    shown = lawn("scenario", "paper")
+    assert "Delta_s" in shown.stdout
+    assert "inferred" in shown.stdout
