@@ -20,7 +20,7 @@ QUICK = ["-params", "n_steps=32", "-params", "batch_size=64", "-params", "n_epoc
 TINY_RECIPE = {
     "seeds": [0, 1],
     "set": ["max_slots=20"],
-    "evaluation": {"episodes": 4, "watch_every": 200, "watch_episodes": 2},
+    "evaluation": {"episodes": 4, "record_every": 1, "watch_every": 200, "watch_episodes": 2},
     "methods": {
         "random": {"label": "Random", "paper_row": "Random", "player": "random"},
         "mappo": {
@@ -113,7 +113,13 @@ def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -
     methods = {"mappo": {**TINY_RECIPE["methods"]["mappo"], "env_steps": 400_000}}  # type: ignore[index]
     path = recipe(tmp_path, methods=methods, seeds=[0])
     command = [sys.executable, "-m", "lawn_sb3", "reproduce", str(path)]
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(
+        command,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background job may ignore it
+    )
     progress = tmp_path / "tiny" / "mappo" / "seed-0" / "progress.csv"
     for _ in range(600):
         if progress.exists() and progress.read_text():

@@ -84,7 +84,8 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
         model = resume_model(cell, checkpoint, env)
     began = model.num_timesteps // num_uavs
     watch = Watch(cell, progress)
-    watch.next_evaluation = checkpoint["next_evaluation"] if checkpoint else 0
+    if checkpoint is not None:
+        watch.restore(checkpoint["watch"])
     before = checkpoint["progress"] if checkpoint else ""
     table = ProgressCSV(cell.directory / "progress.csv", before)
     model.set_logger(Logger(str(cell.directory), [table, TensorBoardOutputFormat(str(cell.directory / "tensorboard"))]))
@@ -94,6 +95,7 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     model.learn(
         total_timesteps=method.env_steps * num_uavs - model.num_timesteps,
         callback=[watch, Checkpoints(cell, watch)],
+        log_interval=None,  # type: ignore[arg-type]  # the watch writes the rows
         reset_num_timesteps=checkpoint is None,
     )
     model.logger.close()

@@ -7,7 +7,7 @@ import pickle
 import random
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import torch as th
@@ -21,6 +21,23 @@ from lawn_sb3.experiment.watching import Watch
 
 PENDING = ("name_to_value", "name_to_count", "name_to_excluded")
 """Where SB3's logger keeps what it has not written yet."""
+
+
+@runtime_checkable
+class HasMemory(Protocol):
+    """An algorithm that keeps experience from one update to the next, which SB3 does not save with the model."""
+
+    def memory(self) -> Any:
+        """What it keeps.
+
+        :return: something that can be pickled
+        """
+
+    def restore_memory(self, memory: Any) -> None:
+        """Take back what was kept.
+
+        :param memory: what :meth:`memory` returned
+        """
 
 
 class Checkpoints(BaseCallback):
@@ -74,7 +91,8 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "model": saved.getvalue(),
         "games": model.env.env_method("snapshot", indices=0),
         "random": {"python": random.getstate(), "numpy": np.random.get_state(), "torch": th.get_rng_state()},
-        "next_evaluation": watch.next_evaluation,
+        "watch": watch.state(),
+        "memory": model.memory() if isinstance(model, HasMemory) else None,
         # What the last update recorded is written with the next rollout.
         "pending": [dict(getattr(model.logger, name)) for name in PENDING],
         "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
@@ -116,6 +134,8 @@ def resume_model(cell: Cell, state: dict[str, Any], env: FlatVecEnv) -> BaseAlgo
     find_policy(cell.method.policy)  # the saved model names the policy's module, which must be known by then
     env.reset()
     model = find_algorithm(cell.method.algo).load(io.BytesIO(state["model"]), env=env, device="cpu", force_reset=False)
+    if isinstance(model, HasMemory):
+        model.restore_memory(state["memory"])
     env.env_method("restore", state["games"][0], indices=0)
     random.setstate(state["random"]["python"])
     np.random.set_state(state["random"]["numpy"])

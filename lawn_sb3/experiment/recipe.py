@@ -29,6 +29,7 @@ class Evaluation(BaseModel):
     episodes: int = Field(200, ge=1, description="joint episodes a seed")
     seed: int = Field(20_000, ge=0, description="picks the test missions, the same for every method and seed")
     deterministic: bool = Field(True, description="greedy actions, as in the paper; otherwise sampled")
+    record_every: int = Field(1_000, ge=1, description="env steps between two rows of progress.csv, at least")
     watch_every: int = Field(5_000, ge=1, description="env steps between two greedy evaluations during training")
     watch_episodes: int = Field(100, ge=1, description="joint episodes of each")
     watch_seed: int = Field(

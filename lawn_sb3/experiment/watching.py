@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.logger import KVWriter
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from lawn_sb3.experiment.evaluation import evaluate, summarize
 from lawn_sb3.experiment.players import ModelPlayer
@@ -67,6 +69,7 @@ class Watch(BaseCallback):
         super().__init__()
         self.cell = cell
         self.progress = progress
+        self.next_record = 0
         self.next_evaluation = 0
         self._missions: list[tuple[float, bool, int, float]] = []
 
@@ -74,6 +77,20 @@ class Watch(BaseCallback):
     def env_steps(self) -> int:
         """Joint slots played so far, over all games."""
         return self.num_timesteps // self.cell.scenario.num_uavs
+
+    def state(self) -> tuple[int, int, list[tuple[float, bool, int, float]]]:
+        """What a resumed training needs to watch on as if it had not been cut.
+
+        :return: when the next row and evaluation are due, and the missions not written yet
+        """
+        return self.next_record, self.next_evaluation, list(self._missions)
+
+    def restore(self, state: tuple[int, int, list[tuple[float, bool, int, float]]]) -> None:
+        """Go on from there.
+
+        :param state: what :meth:`state` returned
+        """
+        self.next_record, self.next_evaluation, self._missions = state
 
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:
@@ -83,6 +100,10 @@ class Watch(BaseCallback):
         return True
 
     def _on_rollout_end(self) -> None:
+        self.progress(self.env_steps)
+        if self.env_steps < self.next_record:
+            return
+        self.next_record = self.env_steps + self.cell.evaluation.record_every
         self.logger.record("time/env_steps", self.env_steps)
         slots_so_far = self.num_timesteps // self.training_env.num_envs
         if slots_so_far <= self.cell.scenario.max_slots:
@@ -103,4 +124,5 @@ class Watch(BaseCallback):
             summary = summarize(rows)
             for name in WATCHED:
                 self.logger.record(f"greedy/{name}", summary[name])
-        self.progress(self.env_steps)
+        assert isinstance(self.model, OnPolicyAlgorithm | OffPolicyAlgorithm)
+        self.model.dump_logs()

@@ -9,7 +9,7 @@ import pytest
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.scenario import PRESETS
 
-SMALL_EVALUATION = Evaluation(episodes=5, watch_every=100, watch_episodes=3)
+SMALL_EVALUATION = Evaluation(episodes=5, record_every=1, watch_every=100, watch_episodes=3)
 
 
 @pytest.fixture

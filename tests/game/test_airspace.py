@@ -85,15 +85,21 @@ def test_airspace_ends_at_its_last_voxels(voxel: Voxel, inside: bool) -> None:
     assert is_inside(voxel, GRID) is inside
 
 
-# From (0, 0, 0) to (2, 1, 1): along x through (1, 0, 0) and (2, 0, 0), then y (2, 1, 0), then z (2, 1, 1).
-@pytest.mark.parametrize("passed", [(1, 0, 0), (2, 0, 0), (2, 1, 0), (2, 1, 1)])
+# From (0, 0, 0) to (2, 1, 2): along x through (1, 0, 0) to (2, 0, 0), then y to (2, 1, 0), then z through (2, 1, 1).
+@pytest.mark.parametrize("passed", [(1, 0, 0), (2, 0, 0), (2, 1, 0), (2, 1, 1), (2, 1, 2)])
 def test_flying_through_stops_at_a_destination_on_the_way(passed: Voxel) -> None:
-    assert stop_at((0, 0, 0), (2, 1, 1), passed) == passed
+    assert stop_at((0, 0, 0), (2, 1, 2), passed) == passed
 
 
-@pytest.mark.parametrize("missed", [(0, 1, 0), (1, 1, 0), (0, 0, 1), (2, 0, 1), (3, 0, 0), (2, 2, 0)])
+# And back: through (1, 1, 2) to (0, 1, 2), then to (0, 0, 2), then through (0, 0, 1).
+@pytest.mark.parametrize("passed", [(1, 1, 2), (0, 1, 2), (0, 0, 2), (0, 0, 1), (0, 0, 0)])
+def test_flying_through_stops_on_the_way_down_too(passed: Voxel) -> None:
+    assert stop_at((2, 1, 2), (0, 0, 0), passed) == passed
+
+
+@pytest.mark.parametrize("missed", [(0, 1, 0), (1, 1, 0), (0, 0, 1), (2, 0, 1), (3, 0, 0), (2, 2, 0), (2, 1, 3)])
 def test_flying_through_misses_a_destination_off_the_way(missed: Voxel) -> None:
-    assert stop_at((0, 0, 0), (2, 1, 1), missed) == (2, 1, 1)
+    assert stop_at((0, 0, 0), (2, 1, 2), missed) == (2, 1, 2)
 
 
 # eq:tmin and the distance of eq:reward_nav
