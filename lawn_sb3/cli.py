@@ -21,6 +21,7 @@ from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, cells, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells, training_bar
+from lawn_sb3.experiment.tuning import best_trials, load_search, run_search
 from lawn_sb3.report.page import write_report
 from lawn_sb3.report.table_two import as_text, table_two
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario, parse_overrides
@@ -173,6 +174,27 @@ def _report(recipe_path: Path) -> None:
     for problem in results.problems:
         messages.print(f"not in the report: {problem}", style="yellow", markup=False)
     messages.print(f"report: {root / 'report' / 'README.md'}", soft_wrap=True)
+
+
+@app.command()
+def tune(
+    search_path: Annotated[Path, typer.Argument(help="what to search")] = Path("runs/tuning.yaml"),
+    jobs: Annotated[int, typer.Option(min=1, help="trainings side by side, one core each")] = 2,
+    show: Annotated[bool, typer.Option("--show", help="only show the best trials so far")] = False,
+) -> None:
+    """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
+    search, methods = load_search(search_path)
+    folder = search_path.with_suffix("")
+    with _interruptible():
+        if not show:
+            run_search(search, methods, folder, jobs, messages)
+    table = Table(title=f"best trials: mean greedy reward J after {search.env_steps:,} env steps")
+    best = best_trials(search, folder)
+    for heading in best.columns:
+        table.add_column(heading)
+    for row in best.itertuples(index=False):
+        table.add_row(*(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row))
+    Console().print(table)
 
 
 @app.command()

@@ -54,7 +54,7 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
     os.environ.update({"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
     with context.Manager() as manager, _bars(console) as bars:
         events: queue.Queue[tuple[int, int]] = manager.Queue()
-        pool = ProcessPoolExecutor(min(jobs, len(todo)), mp_context=context, initializer=_prepare_worker)
+        pool = ProcessPoolExecutor(min(jobs, len(todo)), mp_context=context, initializer=prepare_worker)
         try:
             futures = {pool.submit(_work, index, cell, events): index for index, cell in enumerate(todo)}
             failures = _follow(todo, futures, events, bars, console)
@@ -68,7 +68,8 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
         raise FailedRunsError(f"{len(failures)} of {len(todo)} runs failed: {'; '.join(failures)}")
 
 
-def _prepare_worker() -> None:
+def prepare_worker() -> None:
+    """Make a worker process leave interrupts to its parent and use one torch thread."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt ends
     th.set_num_threads(1)
 

@@ -1,0 +1,166 @@
+"""The search for settings: equal trials, env steps and seeds for every method, apart from the reported seeds."""
+
+from __future__ import annotations
+
+import multiprocessing
+import tempfile
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import optuna
+import pandas as pd
+from optuna.distributions import BaseDistribution, CategoricalDistribution
+from optuna.storages import JournalStorage
+from optuna.storages.journal import JournalFileBackend
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from rich.console import Console
+
+from lawn_sb3.errors import UserError, explain
+from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.evaluation import summarize
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.reproduce import prepare_worker
+from lawn_sb3.scenario import load_scenario, read_yaml_mapping
+
+Setting = str | int | float | bool
+
+
+class Search(BaseModel):
+    """What is searched: methods of a recipe, each with the values its settings may take."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
+    trials: int = Field(12, ge=1, description="settings tried for each method; the first are the recipe's own")
+    env_steps: int = Field(50_000, ge=1, description="budget of a training")
+    seeds: tuple[int, ...] = Field((100,), min_length=1, description="trainings a trial, apart from the reported seeds")
+    episodes: int = Field(200, ge=1, description="joint episodes each training is scored on")
+    missions_seed: int = Field(30_000, ge=0, description="picks their missions, apart from the test's")
+    space: dict[str, dict[str, list[Setting]]] = Field(min_length=1, description="method: setting: values")
+
+
+def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
+    """Read a search and the methods that it is about.
+
+    :param path: a file such as ``runs/tuning.yaml``
+    :return: the search, and its methods as the recipe has them
+    :raises UserError: one line naming what is wrong
+    """
+    try:
+        search = Search.model_validate(read_yaml_mapping(path, "search"))
+    except ValidationError as error:
+        raise explain(error, Search, str(path)) from None
+    recipe = load_recipe(path.parent / search.recipe)
+    if set(search.seeds) & set(recipe.seeds):
+        raise UserError(f"{path}: seeds {list(search.seeds)} are among those that {search.recipe} reports")
+    if search.missions_seed == recipe.evaluation.seed:
+        raise UserError(f"{path}: missions_seed = {search.missions_seed} is that of the test missions")
+    for key in search.space:
+        if key not in recipe.methods or recipe.methods[key].algo is None:
+            raise UserError(f"{path}: space: {key!r} is no method of {search.recipe} that trains")
+        for setting, choices in search.space[key].items():
+            for choice in choices:
+                values = recipe.methods[key].model_dump()
+                parse_method({**values, "settings": {**values["settings"], setting: choice}})
+    return search, {key: recipe.methods[key] for key in search.space}
+
+
+def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs: int, console: Console) -> None:
+    """Try settings until every method has its number of trials; trials of an earlier call count.
+
+    :param search: the search
+    :param methods: the methods to search for
+    :param folder: where the studies are kept, one file a method
+    :param jobs: trainings side by side
+    :param console: where progress goes
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
+    context = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(jobs, mp_context=context, initializer=prepare_worker) as pool, _stopping_workers():
+        for key, method in methods.items():
+            study = _study(folder, key)
+            space: dict[str, BaseDistribution] = {
+                name: CategoricalDistribution(values) for name, values in search.space[key].items()
+            }
+            own = {
+                name: method.settings[name]
+                for name, values in search.space[key].items()
+                if method.settings.get(name) in values
+            }
+            if not study.trials and len(own) == len(space):
+                study.enqueue_trial(own)
+            while (left := search.trials - len(_finished(study))) > 0:
+                batch = [study.ask(space) for _ in range(min(jobs, left))]
+                scores = pool.map(_score, *zip(*[(search, key, method, trial.params) for trial in batch], strict=True))
+                for trial, score in zip(batch, scores, strict=True):
+                    study.tell(trial, score)
+                    console.print(f"{key} trial {trial.number}: J {score:.3f} with {trial.params}")
+
+
+def best_trials(search: Search, folder: Path) -> pd.DataFrame:
+    """The best trial of every method, the number of trials beside it.
+
+    :param search: the search
+    :param folder: where the studies are kept
+    :return: the columns ``method, trials, best_reward, median_reward, settings``
+    """
+    rows = []
+    for key in search.space:
+        trials = _finished(_study(folder, key))
+        if trials:
+            best = max(trials, key=_value)
+            median = float(np.median([_value(trial) for trial in trials]))
+            rows.append((key, len(trials), _value(best), median, best.params))
+    return pd.DataFrame(rows, columns=["method", "trials", "best_reward", "median_reward", "settings"])
+
+
+def _study(folder: Path, key: str) -> optuna.Study:
+    storage = JournalStorage(JournalFileBackend(str(folder / f"{key}.journal")))
+    study = optuna.create_study(storage=storage, study_name=key, direction="maximize", load_if_exists=True)
+    # Seeded by the trials so far, so that a continued search does not draw the same settings again.
+    study.sampler = optuna.samplers.TPESampler(seed=len(study.trials), constant_liar=True)
+    return study
+
+
+def _enqueue_own(study: optuna.Study, method: Method, space: dict[str, list[Setting]]) -> None:
+    """Try the recipe's own settings first, if the space holds them."""
+    own = {name: method.settings[name] for name, values in space.items() if method.settings.get(name) in values}
+    if len(own) == len(space):
+        study.enqueue_trial(own)
+
+
+def _finished(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
+    return study.get_trials(states=[optuna.trial.TrialState.COMPLETE])
+
+
+def _value(trial: optuna.trial.FrozenTrial) -> float:
+    return float("-inf") if trial.value is None else trial.value
+
+
+def _score(search: Search, key: str, method: Method, settings: Mapping[str, Any]) -> float:
+    """Mean greedy reward J of trainings with these settings."""
+    values = {**method.model_dump(), "env_steps": search.env_steps, "settings": {**method.settings, **settings}}
+    evaluation = Evaluation(episodes=search.episodes, seed=search.missions_seed, watch_every=10**9)
+    rewards = []
+    for seed in search.seeds:
+        with tempfile.TemporaryDirectory() as folder:
+            cell = Cell(key, parse_method(values), seed, load_scenario("paper"), evaluation, Path(folder))
+            run_cell(cell, lambda env_steps: None)
+            rewards.append(summarize(pd.read_csv(Path(folder) / "evaluation.csv"))["reward"])
+    return float(np.mean(rewards))
+
+
+@contextmanager
+def _stopping_workers() -> Iterator[None]:
+    """End the workers at once when the search is interrupted."""
+    try:
+        yield
+    except BaseException:
+        for process in multiprocessing.active_children():
+            process.terminate()
+        raise

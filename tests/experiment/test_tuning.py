@@ -1,0 +1,78 @@
+"""The search for settings: apart from the reported seeds, equal for all, and continued where it stopped."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+from rich.console import Console
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.recipe import load_recipe
+from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.tuning import best_trials, load_search, run_search
+
+SETTINGS = {"n_steps": 32, "batch_size": 64, "n_epochs": 1, "gamma": 0.8}
+RECIPE = {
+    "seeds": [0],
+    "methods": {
+        "random": {"label": "Random", "player": "random"},
+        "mappo": {"label": "MAPPO", "algo": "mappo", "env_steps": 1000, "num_games": 2, "settings": SETTINGS},
+    },
+}
+SEARCH = {
+    "recipe": "small.yaml",
+    "trials": 2,
+    "env_steps": 64,
+    "episodes": 3,
+    "space": {"mappo": {"gamma": [0.8, 0.9], "n_epochs": [1, 2]}},
+}
+
+
+def written(folder: Path, **changes: object) -> Path:
+    """A search beside its recipe."""
+    (folder / "small.yaml").write_text(yaml.safe_dump(RECIPE), encoding="utf-8")
+    path = folder / "search.yaml"
+    path.write_text(yaml.safe_dump({**SEARCH, **changes}), encoding="utf-8")
+    return path
+
+
+def test_a_search_tries_the_recipes_settings_first_and_goes_on_where_it_stopped(tmp_path: Path) -> None:
+    console = Console(record=True, width=200)
+    search, methods = load_search(written(tmp_path))
+    run_search(search, methods, tmp_path / "search", 1, console)
+    said = console.export_text()
+    assert "mappo trial 0" in said
+    assert "{'gamma': 0.8, 'n_epochs': 1}" in said.splitlines()[0]
+    longer, methods = load_search(written(tmp_path, trials=3))
+    run_search(longer, methods, tmp_path / "search", 1, console)
+    assert console.export_text().count("trial") == 1
+    best = best_trials(longer, tmp_path / "search").iloc[0]
+    assert best["trials"] == 3
+    assert best["best_reward"] >= best["median_reward"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"seeds": [0, 100]}, "are among those that small.yaml reports"),
+        ({"missions_seed": 20_000}, "is that of the test missions"),
+        ({"space": {"random": {"gamma": [0.8]}}}, "no method of small.yaml that trains"),
+        ({"trails": 3}, "did you mean 'trials'"),
+        ({"space": {"mappo": {"gama": [0.8]}}}, "did you mean 'gamma'"),
+    ],
+)
+def test_a_search_that_would_spoil_the_comparison_is_refused(
+    tmp_path: Path, changes: dict[str, object], expected: str
+) -> None:
+    with pytest.raises(UserError, match=expected):
+        load_search(written(tmp_path, **changes))
+
+
+def test_the_shipped_search_is_valid_and_gives_every_learner_as_many_trials() -> None:
+    search, methods = load_search(REPOSITORY / "runs" / "tuning.yaml")
+    assert search.trials >= 12
+    recipe = load_recipe(REPOSITORY / "runs" / "paper.yaml")
+    learners = {method.algo for method in recipe.methods.values() if method.algo}
+    assert {method.algo for method in methods.values()} == learners
