@@ -12,18 +12,19 @@ class UserError(ValueError):
     """Bad input. The command line prints its one line and ends with status 2."""
 
 
-def unknown_name(what: str, name: str, known: Iterable[str]) -> UserError:
+def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = None) -> UserError:
     """Build the refusal of a name that is not in a list.
 
     :param what: what the name should have named, such as ``"scenario"``
     :param name: the name that was given
     :param known: the names that exist
+    :param path: how to show the name, if it lies deep inside a file
     :return: the error, naming the nearest known name where one is near
     """
     options = sorted(known)
     near = difflib.get_close_matches(name, options, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return UserError(f"unknown {what} {name!r}{hint}; known: {', '.join(options)}")
+    return UserError(f"unknown {what} {path or name!r}{hint}; known: {', '.join(options)}")
 
 
 def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserError:
@@ -39,7 +40,7 @@ def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserE
     more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
     if first["type"] == "extra_forbidden":
         owner, key = _owner(model, first["loc"])
-        return UserError(f"{where}: {unknown_name(f'key {path!r}:', key, owner)}{more}")
+        return UserError(f"{where}: {unknown_name('key', key, owner, repr(path))}{more}")
     message = first["msg"].removeprefix("Value error, ")
     if first["type"] == "missing":
         return UserError(f"{where}: {path} is missing{more}")

@@ -15,9 +15,13 @@ from typing import Any, Literal, Self
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from lawn_sb3.errors import UserError, explain, unknown_name
+
+MOST_RBS = 1_000_000
+MOST_VOXELS = 10_000_000
+"""Tables of the airspace hold two numbers a voxel."""
 
 Source = Literal["stated", "inferred", "chosen"]
 
@@ -45,40 +49,64 @@ class Scenario(BaseModel):
     name: str = Field(default="paper", description="what tables and run directories call this scenario")
 
     # Airspace and flight (Section II-B)
-    num_uavs: int = constant(4, "N", "UAVs", "stated", "number of UAVs", ge=1)
-    width_voxels: int = constant(10, "W", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
-    length_voxels: int = constant(10, "L", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1)
-    voxel_size_m: float = constant(10.0, "Delta_s", "m", "stated", "edge of a voxel", gt=0)
-    min_altitude_m: float = constant(
-        0.0, "h_min", "m", "chosen", "floor of the airspace; the paper names no value", ge=0
+    num_uavs: int = constant(4, "N", "UAVs", "stated", "number of UAVs", ge=1, le=10_000)
+    width_voxels: int = constant(
+        10, "W", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1, le=10_000
     )
-    max_altitude_m: float = constant(30.0, "h_max", "m", "inferred", "Table I's 30 read as metres: H = 3 voxels", gt=0)
-    max_voxel_steps: int = constant(3, "v_max", "voxels/slot", "stated", "most voxel steps a slot (L1)", ge=1)
-    max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1)
+    length_voxels: int = constant(
+        10, "L", "voxels", "inferred", "Table I's 100 read as metres: Random row", ge=1, le=10_000
+    )
+    voxel_size_m: float = constant(10.0, "Delta_s", "m", "stated", "edge of a voxel", ge=1e-3, le=1e6)
+    min_altitude_m: float = constant(
+        0.0, "h_min", "m", "chosen", "floor of the airspace; the paper names no value", ge=0, le=1e6
+    )
+    max_altitude_m: float = constant(
+        30.0, "h_max", "m", "inferred", "Table I's 30 read as metres: H = 3 voxels", gt=0, le=1e6
+    )
+    max_voxel_steps: int = constant(3, "v_max", "voxels/slot", "stated", "most voxel steps a slot (L1)", ge=1, le=30)
+    max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1, le=1_000_000)
 
     # Base stations and radio link (Section II-A)
     gbs_grid: tuple[int, int] = constant((2, 2), "M", "GBSs", "stated", "columns and rows of the regular GBS grid")
     gbs_layout: Literal["tile-centres", "corners"] = constant(
         "tile-centres", "g_b", "-", "inferred", "where the regular grid lies: rate of Random 36.6 against 34.9 Mbps"
     )
-    gbs_height_m: float = constant(0.0, "g_b", "m", "stated", "antenna height of the regular grid: ground level", ge=0)
+    gbs_height_m: float = constant(
+        0.0, "g_b", "m", "stated", "antenna height of the regular grid: ground level", ge=0, le=1e6
+    )
     gbs_positions_m: tuple[tuple[float, float, float], ...] | None = constant(
         None, "g_b", "m", "chosen", "explicit GBS positions (x, y, z), instead of the regular grid"
     )
     rbs_per_gbs: int | tuple[int, ...] = constant(10, "K_b", "RBs", "stated", "RBs of every GBS, or one number a GBS")
-    rb_bandwidth_hz: float = constant(180e3, "Delta f", "Hz", "stated", "sub-bandwidth of an RB", gt=0)
-    path_loss_exponent: float = constant(2.0, "alpha", "-", "stated", "path-loss exponent", gt=0)
-    tx_power_dbm: float = constant(20.0, "P_tx", "dBm", "inferred", "transmit power per RB: rate of Random")
-    ref_gain_db: float = constant(-30.0, "beta_0", "dB", "inferred", "channel gain at 1 m: rate of Random")
+    rb_bandwidth_hz: float = constant(180e3, "Delta f", "Hz", "stated", "sub-bandwidth of an RB", gt=0, le=1e12)
+    path_loss_exponent: float = constant(2.0, "alpha", "-", "stated", "path-loss exponent", gt=0, le=10)
+    tx_power_dbm: float = constant(
+        20.0, "P_tx", "dBm", "inferred", "transmit power per RB: rate of Random", ge=-100, le=100
+    )
+    ref_gain_db: float = constant(
+        -30.0, "beta_0", "dB", "inferred", "channel gain at 1 m: rate of Random", ge=-200, le=100
+    )
     noise_density_dbm_hz: float = constant(
-        -174.0, "sigma^2", "dBm/Hz", "inferred", "noise density; over one RB it gives sigma^2: rate of Random"
+        -174.0,
+        "sigma^2",
+        "dBm/Hz",
+        "inferred",
+        "noise density; over one RB it gives sigma^2: rate of Random",
+        ge=-300,
+        le=0,
     )
 
     # Payoff (Section III)
-    ema_beta: float = constant(0.1, "beta", "-", "inferred", "smoothing of the EMA rate: weakly identified", gt=0, lt=1)
-    nav_weight: float = constant(0.5, "omega", "1/voxel", "inferred", "reward per voxel of progress: reward rows", ge=0)
-    collision_penalty: float = constant(1.0, "rho_col", "-", "inferred", "cost of a collision: reward of Random", ge=0)
-    fail_penalty: float = constant(5.0, "r_fail", "-", "inferred", "cost of a timeout: reward of Random", ge=0)
+    ema_beta: float = constant(
+        0.1, "beta", "-", "inferred", "smoothing of the EMA rate: weakly identified", ge=1e-6, lt=1
+    )
+    nav_weight: float = constant(
+        0.5, "omega", "1/voxel", "inferred", "reward per voxel of progress: reward rows", ge=0, le=1e6
+    )
+    collision_penalty: float = constant(
+        1.0, "rho_col", "-", "inferred", "cost of a collision: reward of Random", ge=0, le=1e6
+    )
+    fail_penalty: float = constant(5.0, "r_fail", "-", "inferred", "cost of a timeout: reward of Random", ge=0, le=1e6)
 
     # Readings: where the text leaves more than one way to play
     rate_unit: Literal["lone-uav", "mbps"] = constant(
@@ -88,7 +116,7 @@ class Scenario(BaseModel):
         "clip", "-", "-", "inferred", "a move out of the airspace is clipped by coordinate, or refused (hover)"
     )
     arrived_uav: Literal["leaves", "stays"] = constant(
-        "leaves", "-", "-", "inferred", "a UAV that has arrived frees its RBs and voxel, or keeps both"
+        "leaves", "-", "-", "inferred", "a UAV that is done frees its RBs and voxel, or keeps both"
     )
     arrival: Literal["slot-end", "fly-through"] = constant(
         "slot-end", "-", "-", "inferred", "the destination counts at the end of a slot, or also on the way (x, y, z)"
@@ -96,6 +124,13 @@ class Scenario(BaseModel):
     bias_horizon: Literal["completion", "deadline"] = constant(
         "completion", "T-bar", "slots", "inferred", "horizon of the EMA's bias correction: T_i, or T_max"
     )
+
+    @field_validator("*", mode="before")
+    @classmethod
+    def _no_switches(cls, value: Any) -> Any:
+        if isinstance(value, bool):  # Python would count true as 1
+            raise ValueError("no constant is true or false")
+        return value
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -120,8 +155,8 @@ class Scenario(BaseModel):
         if self.gbs_positions_m is not None and not self.gbs_positions_m:
             return "gbs_positions_m must hold at least one position (x, y, z) in metres"
         counts = self.rbs_per_gbs if isinstance(self.rbs_per_gbs, tuple) else (self.rbs_per_gbs,)
-        if not counts or min(counts) < 1:
-            return f"rbs_per_gbs = {self.rbs_per_gbs}: every GBS needs at least 1 RB"
+        if not counts or min(counts) < 1 or max(counts) > MOST_RBS:
+            return f"rbs_per_gbs = {self.rbs_per_gbs}: every GBS needs 1 to {MOST_RBS} RBs"
         if isinstance(self.rbs_per_gbs, tuple) and len(counts) != self.num_gbs:
             return f"rbs_per_gbs names {len(counts)} GBSs, the scenario has {self.num_gbs}"
         for b, site in enumerate(self.gbs_positions):
@@ -132,6 +167,8 @@ class Scenario(BaseModel):
         return None
 
     def _size_problem(self) -> str | None:
+        if self.num_voxels > MOST_VOXELS:
+            return f"the grid {self.grid} has {self.num_voxels} voxels: at most {MOST_VOXELS}"
         if 2 * self.num_uavs > self.num_voxels:
             return (
                 f"num_uavs = {self.num_uavs} needs {2 * self.num_uavs} distinct origins and destinations, "
@@ -262,7 +299,7 @@ def parse_overrides(overrides: Sequence[str], option: str = "--set") -> dict[str
             raise UserError(f"{option} {text!r}: expected key=value")
         try:
             changes[key.strip()] = yaml.safe_load(value)
-        except yaml.YAMLError:
+        except (yaml.YAMLError, ValueError):  # a date that does not exist is a ValueError
             raise UserError(f"{option} {text!r}: the value is not valid YAML") from None
     return changes
 
@@ -279,7 +316,7 @@ def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except (yaml.YAMLError, ValueError) as error:  # a date that does not exist is a ValueError
         line = str(error).splitlines()[0]
         raise UserError(f"{what} file {str(path)!r} is not valid YAML: {line}") from None
     if not isinstance(content, dict):

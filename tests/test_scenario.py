@@ -174,14 +174,14 @@ def missing(words: tuple[str, ...], message: str) -> list[str]:
 IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "rb_bandwidth_hz=-180e3": ("rb_bandwidth_hz", "-180e3", "greater than 0"),
     "rb_bandwidth_hz=0": ("rb_bandwidth_hz = 0", "greater than 0"),
-    "ema_beta=0": ("ema_beta = 0", "greater than 0"),
+    "ema_beta=0": ("ema_beta = 0", "greater than or equal to"),
     "ema_beta=1": ("ema_beta = 1", "less than 1"),
     "ema_beta=1.5": ("ema_beta = 1.5", "less than 1"),
     "min_altitude_m=40": ("min_altitude_m = 40", "below max_altitude_m = 30"),
     "min_altitude_m=30": ("min_altitude_m = 30", "below max_altitude_m = 30"),
     "min_altitude_m=-10": ("min_altitude_m = -10", "greater than or equal to 0"),
     "max_altitude_m=35": ("max_altitude_m", "35 m", "whole number of voxels", "10 m"),
-    "voxel_size_m=0": ("voxel_size_m = 0", "greater than 0"),
+    "voxel_size_m=0": ("voxel_size_m = 0", "greater than or equal to 0.001"),
     "width_voxels=0": ("width_voxels = 0", "greater than or equal to 1"),
     "length_voxels=0": ("length_voxels = 0", "greater than or equal to 1"),
     "num_uavs=0": ("num_uavs = 0", "greater than or equal to 1"),
@@ -189,8 +189,8 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "num_uavs=151": ("num_uavs = 151", "300 voxels", "at most 150"),
     "max_voxel_steps=0": ("max_voxel_steps = 0", "greater than or equal to 1"),
     "max_slots=0": ("max_slots = 0", "greater than or equal to 1"),
-    "rbs_per_gbs=0": ("rbs_per_gbs = 0", "at least 1 RB"),
-    "rbs_per_gbs=[10, 0, 10, 10]": ("rbs_per_gbs = (10, 0, 10, 10)", "at least 1 RB"),
+    "rbs_per_gbs=0": ("rbs_per_gbs = 0", "1 to 1000000 RBs"),
+    "rbs_per_gbs=[10, 0, 10, 10]": ("rbs_per_gbs = (10, 0, 10, 10)", "1 to 1000000 RBs"),
     "rbs_per_gbs=[10, 10]": ("rbs_per_gbs", "2 GBSs", "has 4"),
     "rbs_per_gbs=many": ("rbs_per_gbs", "'many'", "integer"),
     "gbs_grid=[0, 2]": ("gbs_grid = (0, 2)", "at least 1"),
@@ -271,3 +271,30 @@ def test_unusable_file_is_refused_by_name(content: bytes, words: tuple[str, ...]
     path = tmp_path / "mine.yaml"
     path.write_bytes(content)
     assert missing((str(path), *words), refusal(str(path))) == []
+
+
+@pytest.mark.parametrize(
+    "override",
+    [
+        "tx_power_dbm=1.0e+6",
+        "tx_power_dbm=-400",
+        "path_loss_exponent=4000",
+        "ema_beta=1.0e-17",
+        "rbs_per_gbs=99999999999999999999999",
+        "max_slots=99999999999999999999999",
+        "voxel_size_m=1.0e-320",
+        "width_voxels=100000000000",
+        "num_uavs=true",
+        "name=2020-13-45",
+    ],
+)
+def test_a_scenario_that_could_not_be_played_is_refused(override: str) -> None:
+    with pytest.raises(UserError) as error:
+        load_scenario("paper", [override])
+    assert "\n" not in str(error.value)
+
+
+def test_a_misspelt_key_is_named_once() -> None:
+    with pytest.raises(UserError) as error:
+        load_scenario("paper", ["num_uav=3"])
+    assert str(error.value).count("'num_uav'") == 1

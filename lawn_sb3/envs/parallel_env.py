@@ -197,7 +197,4 @@ def _read_missions(given: Any) -> Missions:
     """Missions given by hand as a pair of arrays; what they hold is checked by the simulator."""
     if not isinstance(given, list | tuple) or len(given) != 2:
         raise UserError(f"option 'missions' = {given!r}: expected a pair (origins, destinations)")
-    try:
-        return Missions(*(np.asarray(part) for part in given))
-    except ValueError:
-        raise UserError(f"option 'missions' = {given!r}: origins and destinations are [N, 3] in voxels") from None
+    return Missions(*given)

@@ -188,8 +188,13 @@ def check_missions(scenario: Scenario, missions: Missions, num_games: int) -> Mi
     """
     shape = (num_games, scenario.num_uavs, 3)
     arrays = []
+    if len(missions) != len(Missions._fields):
+        raise UserError(f"missions hold {len(missions)} items, expected a pair (origins, destinations)")
     for what, given in zip(Missions._fields, missions, strict=True):
-        array = np.asarray(given)
+        try:
+            array = np.asarray(given)
+        except ValueError:
+            raise UserError(f"{what} have rows of unequal length, expected voxels {shape} or {shape[1:]}") from None
         if array.ndim not in (2, 3) or array.shape[-2:] != shape[-2:] or array.shape[:-2] not in ((), shape[:1]):
             raise UserError(f"{what} have shape {array.shape}, expected {shape} (games, UAVs, 3) or {shape[1:]}")
         if not np.issubdtype(array.dtype, np.integer):

@@ -96,7 +96,8 @@ def rate_unit_mbps(scenario: Scenario) -> float:
     """The unit of rates and utilities inside the rewards (reading ``rate_unit``).
 
     :param scenario: the scenario
-    :return: Mbps; for ``lone-uav`` the rate of a UAV alone in its cell, one voxel away from its GBS
+    :return: Mbps; for ``lone-uav`` the rate of a UAV alone in its cell, one voxel away from its GBS,
+        which has the most RBs of all
     """
     if scenario.rate_unit == "mbps":
         return 1.0

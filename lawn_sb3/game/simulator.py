@@ -76,6 +76,8 @@ class Simulator:
         :raises UserError: if a mission cannot be flown
         """
         if seed is not None or not hasattr(self, "_rng"):
+            if isinstance(seed, int) and seed < 0:
+                raise UserError(f"seed = {seed}: a whole number from 0 up")
             self._rng = np.random.default_rng(seed)
         if missions is None:
             missions = draw_missions(self.scenario, self.num_games, self._rng)
@@ -96,9 +98,11 @@ class Simulator:
         actions = np.asarray(actions)
         if actions.shape != self.state.flying.shape:
             raise UserError(f"actions have shape {actions.shape}, expected {self.state.flying.shape} (games, UAVs)")
+        if not np.issubdtype(actions.dtype, np.integer):
+            raise UserError(f"actions must be whole numbers, not {actions.dtype}")
         if actions.min() < 0 or actions.max() >= self.num_actions:
             raise UserError(f"actions must be whole numbers from 0 to {self.num_actions - 1}")
-        step_games(self.rules, self.state, self.outcome, actions.astype(np.int64, copy=False))
+        step_games(self.rules, self.state, self.outcome, np.ascontiguousarray(actions, dtype=np.int64))
         return self.outcome
 
     def go_on(self) -> None:

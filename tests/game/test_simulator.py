@@ -279,3 +279,16 @@ def test_random_play_gives_the_random_row_of_table_ii() -> None:
     assert 35.7 <= corrected_mbps.mean() <= 37.1
     assert completion.max(axis=1).mean() >= 99.7
     assert -3.8 <= reward.mean() <= -3.2
+
+
+@pytest.mark.parametrize("value", [np.nan, 1.7, 62.5])
+def test_actions_that_are_no_whole_numbers_are_refused(value: float) -> None:
+    with pytest.raises(UserError, match="whole numbers"):
+        Simulator(PRESETS["paper"], 1, seed=0).step(np.full((1, 4), value))
+
+
+def test_ragged_missions_and_negative_seeds_are_refused() -> None:
+    with pytest.raises(UserError, match="unequal length"):
+        Simulator(PRESETS["paper"]).reset(missions=Missions([[0, 0, 0], [1, 1]], [[1, 1, 1]] * 4))
+    with pytest.raises(UserError, match="seed = -1"):
+        Simulator(PRESETS["paper"], seed=-1)
