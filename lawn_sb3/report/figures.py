@@ -68,7 +68,7 @@ def convergence(results: Results) -> Figure:
         for key, method in results.methods.items()
     ]
     handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), frameon=False)
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
 

@@ -10,9 +10,13 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report.figures import WINDOW, convergence, utility_cdf
+from lawn_sb3.report.paper import TABLE_II, PaperRow
 from lawn_sb3.report.results import Results, read_results
 from lawn_sb3.report.style import save
-from lawn_sb3.report.table_two import as_latex, as_markdown, table_two
+from lawn_sb3.report.table_two import COLUMNS, as_latex, as_markdown, table_two
+
+SHOWN = {name: (COLUMNS[name][0], COLUMNS[name][2]) for name in PaperRow._fields}
+"""The figures of the paper's Table II: heading and decimals."""
 
 THRESHOLD = 95.0
 """Success in percent whose crossing the paper reports."""
@@ -80,6 +84,30 @@ def first_crossing(results: Results) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def nearest_to_paper(results: Results) -> pd.DataFrame:
+    """Where on its learning curve a method comes nearest to the success of its row in the paper.
+
+    :param results: what the runs left
+    :return: one row for each method that learns and has a row in the paper: env steps, and the figures there
+    """
+    rows = []
+    for key, method in results.methods.items():
+        if method.algo is None or method.paper_row is None or "greedy/success_percent" not in results.curves:
+            continue
+        own = results.curves[results.curves["method"] == key].dropna(subset=["greedy/success_percent"])
+        curve = own.groupby("time/env_steps")[[f"greedy/{name}" for name in SHOWN]].mean()
+        printed = TABLE_II[method.paper_row]
+        distance = (curve["greedy/success_percent"] - printed.success_percent).abs()
+        at = int(distance.to_numpy().argmin())
+        nearest = curve.iloc[at]
+        cells = {
+            heading: f"{nearest[f'greedy/{name}']:.{decimals}f} ({getattr(printed, name):.{decimals}f})"
+            for name, (heading, decimals) in SHOWN.items()
+        }
+        rows.append({"Method": method.label, "env steps": f"{curve.index[at]:,.0f}", **cells})
+    return pd.DataFrame(rows)
+
+
 def page(results: Results, table: pd.DataFrame) -> str:
     """The report as Markdown.
 
@@ -108,6 +136,13 @@ def page(results: Results, table: pd.DataFrame) -> str:
             f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; "
             "the paper: about 150 K.",
             str(crossing.to_markdown(index=False, disable_numparse=True)),
+        ]
+    nearest = nearest_to_paper(results)
+    if len(nearest):
+        parts += [
+            "Where on its learning curve each learner comes nearest to its success in the paper (greedy evaluation "
+            "during training, mean over seeds; the paper's final values in parentheses):",
+            str(nearest.to_markdown(index=False, disable_numparse=True)),
         ]
     parts += [
         "## Fig. 2: training",

@@ -14,7 +14,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import COLUMNS
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report.figures import smoothed
-from lawn_sb3.report.page import first_crossing, write_report
+from lawn_sb3.report.page import first_crossing, nearest_to_paper, write_report
 from lawn_sb3.report.results import Results, read_results
 from lawn_sb3.report.style import colours
 from lawn_sb3.report.table_two import as_markdown, table_two
@@ -96,6 +96,27 @@ def test_first_crossing_is_that_of_the_slowest_seed(recipe: Recipe) -> None:
     crossing = first_crossing(Results(recipe, own, curves)).iloc[0]
     assert crossing["training missions"] == "2,000"
     assert crossing["greedy evaluation"] == "1 of 2 seeds"
+
+
+def test_nearest_to_the_paper_is_the_evaluation_with_the_nearest_mean_success(recipe: Recipe) -> None:
+    # Means over the two seeds: 50 % at 1,000 env steps, 99 % at 2,000; the paper's CTDE-MAPPO has 100 %.
+    figures = {name: [1.0, 2.0, 3.0, 4.0] for name in ("reward", "rate_mbps", "makespan_slots")}
+    curves = pd.DataFrame(
+        {
+            "method": "mappo",
+            "seed": [0, 0, 1, 1],
+            "time/env_steps": [1000, 2000, 1000, 2000],
+            "greedy/success_percent": [20.0, 99.0, 80.0, 99.0],
+            **{f"greedy/{name}": values for name, values in figures.items()},
+        }
+    )
+    own = rows(True, 40.0)
+    own.insert(0, "seed", 0)
+    own.insert(0, "method", "mappo")
+    nearest = nearest_to_paper(Results(recipe, own, curves)).iloc[0]
+    assert nearest["env steps"] == "2,000"
+    assert nearest["Success (%)"] == "99.0 (100.0)"
+    assert nearest["J̄"] == "3.00 (3.19)"
 
 
 @pytest.mark.parametrize(
