@@ -1,0 +1,7 @@
+"""Independent Q-learning."""
+
+from lawn_sb3.algos.iql.double_dqn import DoubleDQN
+from lawn_sb3.algos.iql.iql import IQL
+from lawn_sb3.algos.iql.policies import IndependentPolicy
+
+__all__ = ["IQL", "DoubleDQN", "IndependentPolicy"]

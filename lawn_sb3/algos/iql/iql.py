@@ -1,0 +1,263 @@
+"""Independent Q-learning: N of SB3's DQN, one a UAV, in one shared flattened environment."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import torch as th
+from numpy.typing import NDArray
+from stable_baselines3 import DQN
+from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.save_util import load_from_pkl
+from stable_baselines3.common.type_aliases import GymEnv, Schedule
+from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
+
+from lawn_sb3.algos.iql.double_dqn import DoubleDQN
+from lawn_sb3.algos.iql.policies import IndependentPolicy
+from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
+from lawn_sb3.algos.iql.views import LearnerViews
+from lawn_sb3.envs.observation import ObservationLayout
+
+
+class IQL(OffPolicyAlgorithm):
+    """Every UAV learns by itself from its own o_i; the others are part of its environment.
+
+    SB3's off-policy loop steps the environment once for all; every learner is an SB3 ``DQN`` with a replay, networks
+    and an optimiser of its own, trained by SB3's ``DQN.train``. Takes what SB3's ``DQN`` takes, with the same defaults,
+    but for ``optimize_memory_usage``. Where SB3 counts steps of a learner, each UAV counts its own, so the unit is env
+    steps; only ``learn(total_timesteps)`` counts agent steps, N in every env step.
+
+    :param policy: the policy class of each learner, a ``DQNPolicy`` over o_i
+    :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
+    :param learning_rate: learning rate, or a schedule of the progress remaining
+    :param buffer_size: env steps that each UAV remembers
+    :param learning_starts: env steps of uniformly random play before the first update
+    :param batch_size: transitions in a minibatch of one learner
+    :param tau: share of the online network in a target update; 1 copies it
+    :param gamma: discount factor
+    :param train_freq: vector steps (slots of all games) between updates
+    :param gradient_steps: minibatches of each learner at an update; -1 for one for each transition it got
+    :param replay_buffer_class: class of each learner's replay
+    :param replay_buffer_kwargs: its additional arguments
+    :param n_steps: length of multi-step returns
+    :param target_update_interval: env steps between updates of the target networks, rounded down to vector steps
+    :param exploration_fraction: share of the training in which epsilon falls
+    :param exploration_initial_eps: epsilon at the start
+    :param exploration_final_eps: epsilon from then on
+    :param max_grad_norm: clip the norm of the gradient
+    :param stats_window_size: missions averaged over in the log
+    :param tensorboard_log: where to log for TensorBoard
+    :param policy_kwargs: additional arguments of each learner's policy
+    :param verbose: as in SB3
+    :param seed: seed of networks, exploration, minibatches and missions
+    :param device: as in SB3
+    :param double_q: let the online network pick the next action that the target network judges
+    :param share_parameters: one network for all UAVs, which also sees the UAV's index: no longer independent learners
+    :param _init_setup_model: whether to build the networks at once
+    """
+
+    policy_aliases: ClassVar[dict[str, type[BasePolicy]]] = {"MlpPolicy": MlpPolicy}
+    policy: IndependentPolicy
+    layout: ObservationLayout
+    replay_buffer: ReplayRouter  # type: ignore[assignment]
+
+    def __init__(
+        self,
+        policy: str | type[DQNPolicy],
+        env: GymEnv | str,
+        learning_rate: float | Schedule = 1e-4,
+        buffer_size: int = 1_000_000,
+        learning_starts: int = 100,
+        batch_size: int = 32,
+        tau: float = 1.0,
+        gamma: float = 0.99,
+        train_freq: int | tuple[int, str] = 4,
+        gradient_steps: int = 1,
+        replay_buffer_class: type[ReplayBuffer] | None = None,
+        replay_buffer_kwargs: dict[str, Any] | None = None,
+        n_steps: int = 1,
+        target_update_interval: int = 10_000,
+        exploration_fraction: float = 0.1,
+        exploration_initial_eps: float = 1.0,
+        exploration_final_eps: float = 0.05,
+        max_grad_norm: float = 10.0,
+        stats_window_size: int = 100,
+        tensorboard_log: str | None = None,
+        policy_kwargs: dict[str, Any] | None = None,
+        verbose: int = 0,
+        seed: int | None = None,
+        device: th.device | str = "auto",
+        double_q: bool = False,
+        share_parameters: bool = False,
+        _init_setup_model: bool = True,
+    ) -> None:
+        super().__init__(
+            policy,
+            env,
+            learning_rate,
+            buffer_size,
+            learning_starts,
+            batch_size,
+            tau,
+            gamma,
+            train_freq,
+            gradient_steps,
+            replay_buffer_class=replay_buffer_class,
+            replay_buffer_kwargs=replay_buffer_kwargs,
+            n_steps=n_steps,
+            policy_kwargs=policy_kwargs,
+            stats_window_size=stats_window_size,
+            tensorboard_log=tensorboard_log,
+            verbose=verbose,
+            device=device,
+            support_multi_env=True,
+            seed=seed,
+            sde_support=False,
+        )
+        self.target_update_interval = target_update_interval
+        self.exploration_fraction = exploration_fraction
+        self.exploration_initial_eps = exploration_initial_eps
+        self.exploration_final_eps = exploration_final_eps
+        self.exploration_rate = 0.0
+        self.max_grad_norm = max_grad_norm
+        self.double_q = double_q
+        self.share_parameters = share_parameters
+        self.learners: list[DQN] = []
+        self._n_calls = 0
+        if self.env is not None:
+            if not self.env.has_attr("layout"):
+                raise ValueError("IQL needs an environment with a layout, from make_vec_env")
+            if self._vec_normalize_env is not None:
+                raise ValueError("IQL takes no VecNormalize: observations are scaled by their layout")
+            self.layout = self.env.get_attr("layout", [0])[0]
+            self.learning_starts *= self.layout.num_uavs  # SB3's outer loop counts agent steps
+        if _init_setup_model:
+            self._setup_model()
+
+    def _setup_model(self) -> None:
+        if self.env is not None and self.env.get_attr("layout", [0])[0] != self.layout:
+            raise ValueError(f"the model is for games of {self.layout}, the environment has other ones")
+        self._setup_lr_schedule()
+        self.set_random_seed(self.seed)
+        self._convert_train_freq()
+        views = LearnerViews(self.layout, self.share_parameters)
+        self.learners = [self._build_learner(views) for _ in range(views.num_learners)]
+        policies = [learner.policy for learner in self.learners]
+        self.policy = IndependentPolicy(self.observation_space, self.action_space, policies, views).to(self.device)  # type: ignore[arg-type]
+        self.replay_buffer = ReplayRouter([learner.replay_buffer for learner in self.learners], views)  # type: ignore[misc]
+
+    def _build_learner(self, views: LearnerViews) -> DQN:
+        """One DQN without an environment of its own, built as SB3 does when it loads one."""
+        learner = (DoubleDQN if self.double_q else DQN)(
+            self.policy_class,  # type: ignore[arg-type]
+            None,  # type: ignore[arg-type]
+            self.learning_rate,
+            buffer_size=self.buffer_size * views.uavs_each,
+            tau=self.tau,
+            gamma=self.gamma,
+            replay_buffer_class=self.replay_buffer_class,
+            replay_buffer_kwargs=dict(self.replay_buffer_kwargs),
+            n_steps=self.n_steps,
+            target_update_interval=self.target_update_interval * views.uavs_each,
+            exploration_fraction=self.exploration_fraction,
+            exploration_initial_eps=self.exploration_initial_eps,
+            exploration_final_eps=self.exploration_final_eps,
+            max_grad_norm=self.max_grad_norm,
+            policy_kwargs=dict(self.policy_kwargs),
+            device=self.device,
+            _init_setup_model=False,
+        )
+        learner.observation_space = views.space()
+        learner.action_space = self.action_space
+        learner.n_envs = self.n_envs // views.num_learners
+        learner._setup_model()
+        learner._n_calls, learner._n_updates = self._n_calls, self._n_updates
+        learner.set_logger(Logger(None, []))
+        return learner
+
+    def train(self, gradient_steps: int, batch_size: int = 100) -> None:
+        """Update every learner from its own replay.
+
+        :param gradient_steps: minibatches of each learner
+        :param batch_size: transitions in each
+        """
+        if self.gradient_steps < 0:  # SB3 counted the transitions of all learners
+            gradient_steps //= len(self.learners)
+        for learner in self.learners:
+            learner._current_progress_remaining = self._current_progress_remaining
+            learner.train(gradient_steps, batch_size)
+        self._n_updates = self.learners[0]._n_updates
+        self.logger.record("train/n_updates", self._n_updates, exclude="tensorboard")
+        for name in ("train/learning_rate", "train/loss"):
+            self.logger.record(name, np.mean([learner.logger.name_to_value[name] for learner in self.learners]))
+
+    def _on_step(self) -> None:
+        for learner in self.learners:
+            learner._current_progress_remaining = self._current_progress_remaining
+            learner._on_step()
+        self._n_calls = self.learners[0]._n_calls
+        self.exploration_rate = self.learners[0].exploration_rate
+        self.logger.record("rollout/exploration_rate", self.exploration_rate)
+
+    def predict(
+        self,
+        observation: np.ndarray | dict[str, np.ndarray],
+        state: tuple[np.ndarray, ...] | None = None,
+        episode_start: np.ndarray | None = None,
+        deterministic: bool = False,
+    ) -> tuple[np.ndarray, tuple[np.ndarray, ...] | None]:
+        """Choose actions, epsilon-greedy: every slot flips a coin of its own.
+
+        :param observation: flat observations of whole games [G * N, flat_dim]; row g * N + i is UAV i of game g
+        :param state: as in SB3; unused
+        :param episode_start: as in SB3; unused
+        :param deterministic: greedy actions
+        :return: actions [G * N], and ``state`` as it was
+        """
+        actions, state = self.policy.predict(observation, state, episode_start, deterministic)
+        if deterministic:
+            return actions, state
+        explore = np.random.random_sample(actions.shape) < self.exploration_rate
+        drawn: NDArray[np.int64] = np.random.randint(self.action_space.n, size=actions.shape)  # type: ignore[attr-defined]
+        return np.where(explore, drawn, actions), state
+
+    def load_replay_buffer(self, path: str | Path | io.BufferedIOBase, truncate_last_traj: bool = True) -> None:
+        """Load all learners' replays from a file.
+
+        :param path: what ``save_replay_buffer`` wrote
+        :param truncate_last_traj: as in SB3; unused
+        """
+        saved = load_from_pkl(path, self.verbose)
+        for own, other in zip(self.replay_buffer.replays, saved.replays, strict=True):
+            restore_content(own, replay_content(other))
+
+    def memory(self) -> dict[str, Any]:
+        """What the learners remember that is not saved with the model.
+
+        :return: the content of every replay, and the state of the stream that random play is drawn from
+        """
+        return {
+            "replays": [replay_content(replay) for replay in self.replay_buffer.replays],
+            "random_play": self.action_space.np_random.bit_generator.state,
+        }
+
+    def restore_memory(self, memory: dict[str, Any]) -> None:
+        """Remember it again.
+
+        :param memory: what :meth:`memory` returned
+        """
+        for replay, content in zip(self.replay_buffer.replays, memory["replays"], strict=True):
+            restore_content(replay, content)
+        self.action_space.np_random.bit_generator.state = memory["random_play"]
+
+    def _excluded_save_params(self) -> list[str]:
+        return [*super()._excluded_save_params(), "learners"]
+
+    def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
+        return ["policy", *(f"policy.learners.{i}.optimizer" for i in range(len(self.learners)))], []

@@ -1,0 +1,74 @@
+"""The learners' policies as one: rows of whole games go in, each learner answers for its own slots."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.type_aliases import PyTorchObs
+from stable_baselines3.dqn.policies import DQNPolicy
+from torch import nn
+
+from lawn_sb3.algos.iql.views import LearnerViews
+
+
+class IndependentPolicy(BasePolicy):
+    """Every learner's greedy actions for its own slots.
+
+    :param observation_space: the flat observation
+    :param action_space: the actions
+    :param learners: the learners' policies
+    :param views: which slots and columns are whose
+    """
+
+    def __init__(
+        self,
+        observation_space: spaces.Box,
+        action_space: spaces.Discrete,
+        learners: Sequence[DQNPolicy],
+        views: LearnerViews,
+    ) -> None:
+        super().__init__(observation_space, action_space)
+        self.learners = nn.ModuleList(learners)
+        self.views = views
+
+    def forward(self, obs: th.Tensor, deterministic: bool = True) -> th.Tensor:
+        """Choose actions.
+
+        :param obs: flat observations of whole games [G * N, flat_dim]; row g * N + i is UAV i of game g
+        :param deterministic: as in SB3; exploration is the algorithm's
+        :return: actions [G * N]
+        """
+        return self._predict(obs, deterministic)
+
+    def _predict(self, observation: PyTorchObs, deterministic: bool = True) -> th.Tensor:
+        assert isinstance(observation, th.Tensor)
+        num_uavs = self.views.layout.num_uavs
+        if len(observation) % num_uavs:
+            raise ValueError(
+                f"{len(observation)} observations are no whole games of {num_uavs} UAVs: give one row a UAV, game by "
+                "game, so that each is answered by its own network"
+            )
+        actions = th.empty(len(observation), dtype=th.long, device=observation.device)
+        for learner, policy in enumerate(self.learners):
+            assert isinstance(policy, DQNPolicy)
+            seen = self.views.observe(learner, observation)
+            actions[self.views.slots(learner)] = policy(seen, deterministic=deterministic)
+        return actions
+
+    def set_training_mode(self, mode: bool) -> None:
+        """Put all learners' policies in training or evaluation mode.
+
+        :param mode: training
+        """
+        for policy in self.learners:
+            assert isinstance(policy, DQNPolicy)
+            policy.set_training_mode(mode)
+        self.training = mode
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        spaces_alone = {"observation_space": self.observation_space, "action_space": self.action_space}
+        return {**spaces_alone, "learners": list(self.learners), "views": self.views}

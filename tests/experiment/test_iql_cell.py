@@ -1,0 +1,124 @@
+"""An IQL run is complete, repeatable and resumed after a cut: its replays come back with the checkpoint."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch as th
+
+from lawn_sb3.algos.iql import IQL
+from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.checkpoint import HasMemory
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.scenario import PRESETS
+from tests.experiment.conftest import SMALL_EVALUATION
+from tests.experiment.test_cell import CutError, cut_at, ignore, often, parameters
+
+__all__ = ["often"]
+
+
+def small_iql_cell(directory: Path, **settings: Any) -> Cell:
+    """Twenty vector steps on two games; the replay of eighteen wraps around."""
+    method = Method(
+        label="IQL",
+        algo="iql",
+        env_steps=40,
+        num_games=2,
+        settings={
+            "buffer_size": 36, "learning_starts": 16, "batch_size": 16, "train_freq": 1, "target_update_interval": 6,
+            "exploration_fraction": 0.5, "learning_rate": "lin_1e-3", "policy_kwargs": {"net_arch": [16]}, **settings,
+        },
+    )  # fmt: skip
+    scenario = PRESETS["paper"].changed(max_slots=8)
+    return Cell("iql", method, 3, scenario, SMALL_EVALUATION, directory)
+
+
+@pytest.mark.usefixtures("often")
+@pytest.mark.parametrize(
+    ("limit", "settings"),
+    [
+        (8, {}),  # amid random play
+        (26, {}),
+        (40, {"double_q": True}),
+        (26, {"share_parameters": True}),
+        (26, {"n_steps": 3, "train_freq": 2}),
+    ],
+)
+def test_a_cut_training_resumes_as_if_there_had_been_no_cut(tmp_path: Path, limit: int, settings: Any) -> None:
+    whole, cut = (small_iql_cell(tmp_path / name, **settings) for name in ("whole", "cut"))
+    run_cell(whole, ignore)
+    with pytest.raises(CutError):
+        run_cell(cut, cut_at(limit))
+    np.random.seed(0)
+    th.manual_seed(0)
+    reports: list[int] = []
+    run_cell(cut, reports.append)
+    assert 0 < reports[0] < limit
+    for name in ("evaluation.csv", "progress.csv"):
+        assert (cut.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
+    for name, value in parameters(cut).items():
+        assert th.equal(value, parameters(whole)[name]), name
+
+
+def test_equal_cells_leave_equal_bytes(tmp_path: Path) -> None:
+    cell = small_iql_cell(tmp_path / "one")
+    twin = replace(cell, directory=tmp_path / "twin")
+    for each in (cell, twin):
+        run_cell(each, ignore)
+    for name in ("evaluation.csv", "progress.csv"):
+        assert (cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
+
+
+def test_a_finished_run_plays_as_it_was_evaluated(tmp_path: Path) -> None:
+    cell = small_iql_cell(tmp_path / "one")
+    run_cell(cell, ignore)
+    again = load_run(cell.directory)
+    rows = [
+        evaluate(load_player(one), one.scenario, one.evaluation.episodes, one.evaluation.seed, one.seed)
+        for one in (cell, again)
+    ]
+    assert rows[0].equals(rows[1])
+
+
+def test_iql_has_the_memory_that_checkpoints_keep(tmp_path: Path) -> None:
+    model = build_model(small_iql_cell(tmp_path))
+    assert isinstance(model, IQL)
+    assert isinstance(model, HasMemory)
+    model.learn(12 * model.n_envs)
+    other = build_model(small_iql_cell(tmp_path))
+    assert isinstance(other, IQL)
+    other.restore_memory(model.memory())
+    assert other.action_space.sample() == model.action_space.sample()
+    for one, same in zip(model.learners, other.learners, strict=True):
+        assert one.replay_buffer is not None
+        assert same.replay_buffer is not None
+        assert one.replay_buffer.pos == same.replay_buffer.pos == 12
+        np.testing.assert_array_equal(one.replay_buffer.next_observations, same.replay_buffer.next_observations)
+
+
+@pytest.mark.parametrize(
+    ("label", "settings", "expected"),
+    [
+        ("IQL", {}, "IQL"),
+        ("IQL", {"share_parameters": False}, "IQL"),
+        ("IQL", {"share_parameters": True}, "IQL, shared network"),
+        ("IQL (shared network)", {"share_parameters": True}, "IQL (shared network)"),
+    ],
+)
+def test_a_shared_network_is_labelled_as_such(label: str, settings: dict[str, Any], expected: str) -> None:
+    assert Method(label=label, algo="iql", env_steps=1, settings=settings).label == expected
+
+
+def test_the_label_survives_being_written_and_read_back() -> None:
+    method = Method(label="IQL", algo="iql", env_steps=1, settings={"share_parameters": True})
+    assert Method.model_validate(method.model_dump(mode="json")) == method
+
+
+def test_iql_s_own_policy_is_the_default() -> None:
+    assert Method(label="IQL", algo="iql", env_steps=1).policy == "local_q"
