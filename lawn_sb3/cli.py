@@ -18,7 +18,7 @@ from lawn_sb3.experiment.benchmark import benchmark
 from lawn_sb3.experiment.cell import run_cell, write_rows
 from lawn_sb3.experiment.evaluation import evaluate, summarize
 from lawn_sb3.experiment.players import load_player, load_run
-from lawn_sb3.experiment.recipe import Cell, Evaluation, cells, load_recipe, parse_method
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, cells, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells, training_bar
 from lawn_sb3.experiment.tuning import best_trials, load_search, run_search
@@ -53,7 +53,9 @@ def train(
     changes: Changes = [],  # noqa: B006
     seed: Annotated[int, typer.Option(min=0, help="seed of everything random in training")] = 0,
     env_steps: Annotated[int, typer.Option(min=1, help="budget: joint slots of one game")] = 150_000,
-    num_games: Annotated[int, typer.Option(min=1, help="games played side by side")] = 64,
+    num_games: Annotated[
+        int | None, typer.Option(min=1, help="games played side by side; default: as in runs/paper.yaml")
+    ] = None,
     hyperparams: Annotated[
         list[str], typer.Option("--hyperparams", "-params", help="setting of the algorithm: key=value; repeatable")
     ] = [],  # noqa: B006
@@ -65,13 +67,14 @@ def train(
     Settings that --hyperparams does not name are those of runs/paper.yaml for the same algorithm and policy.
     """
     chosen = policy or DEFAULT_POLICIES.get(algo)
-    settings = {**_paper_settings(algo, chosen), **parse_overrides(hyperparams, "--hyperparams"), "device": device}
+    known = _paper_method(algo, chosen)
+    settings = {**(known.settings if known else {}), **parse_overrides(hyperparams, "--hyperparams"), "device": device}
     values = {
         "label": out.name,
         "algo": algo,
         "policy": chosen,
         "env_steps": env_steps,
-        "num_games": num_games,
+        "num_games": num_games or (known.num_games if known else 64),
         "settings": settings,
     }
     cell = Cell(out.name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
@@ -80,12 +83,12 @@ def train(
     messages.print(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
 
 
-def _paper_settings(algo: str, policy: str | None) -> dict[str, Any]:
-    """Settings of the paper's recipe for an algorithm, of the same policy if it has that one."""
+def _paper_method(algo: str, policy: str | None) -> Method | None:
+    """The paper's recipe for an algorithm, with the same policy if it has that one."""
     recipe = load_recipe(REPOSITORY / PAPER_RECIPE)
     same = [method for method in recipe.methods.values() if method.algo == algo]
     exact = [method for method in same if method.policy == policy]
-    return dict((exact or same)[0].settings) if same else {}
+    return next(iter(exact or same), None)
 
 
 @app.command("evaluate")

@@ -19,6 +19,7 @@ from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
+SHARED = "shared network"
 
 
 class Evaluation(BaseModel):
@@ -57,9 +58,26 @@ class Method(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _default_policy(cls, values: Any) -> Any:
-        if isinstance(values, dict) and values.get("policy") is None and values.get("algo") in DEFAULT_POLICIES:
-            return {**values, "policy": DEFAULT_POLICIES[values["algo"]]}
+        if not isinstance(values, dict) or values.get("algo") not in ALGORITHMS:
+            return values
+        algo, values = values["algo"], dict(values)
+        if values.get("policy") is None and algo in DEFAULT_POLICIES:
+            values["policy"] = DEFAULT_POLICIES[algo]
+        needed = getattr(ALGORITHMS[algo], "continuation", None)
+        if needed is not None:
+            values.setdefault("continuation", needed)
         return values
+
+    @model_validator(mode="before")
+    @classmethod
+    def _label_a_shared_network(cls, values: Any) -> Any:
+        """Every table says so where IQL's learners are not independent."""
+        if not isinstance(values, dict) or values.get("algo") != "iql" or not isinstance(values.get("label"), str):
+            return values
+        settings = values.get("settings")
+        if not isinstance(settings, dict) or not settings.get("share_parameters") or SHARED in values["label"]:
+            return values
+        return {**values, "label": f"{values['label']}, {SHARED}"}
 
     @model_validator(mode="after")
     def _check(self) -> Self:

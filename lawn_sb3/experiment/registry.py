@@ -14,12 +14,14 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
 import lawn_sb3
+from lawn_sb3.algos.iql import IQL
 from lawn_sb3.algos.mappo import MAPPO
+from lawn_sb3.algos.qmix import QMIX
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
 
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO}
-DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic"}
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO, "iql": IQL, "qmix": QMIX}
+DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic", "iql": "local_q", "qmix": "monotonic_mixer"}
 PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer}
 
 REPOSITORY = Path(lawn_sb3.__file__).parents[1]

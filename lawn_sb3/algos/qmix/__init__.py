@@ -1,0 +1,7 @@
+"""QMIX."""
+
+from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
+from lawn_sb3.algos.qmix.policies import QMIXPolicy
+from lawn_sb3.algos.qmix.qmix import QMIX
+
+__all__ = ["QMIX", "JointReplayBuffer", "JointSamples", "QMIXPolicy"]

@@ -1,0 +1,140 @@
+"""Value networks for centralised training and decentralised execution: each UAV is greedy in a Q over its own o_i.
+
+How the Qs of a game are mixed into one value during training is for a subclass to say.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.torch_layers import create_mlp
+from stable_baselines3.common.type_aliases import PyTorchObs, Schedule
+from torch import nn
+
+from lawn_sb3.envs.observation import ObservationLayout
+
+
+class QMIXPolicy(BasePolicy):
+    """A Q-network over o_i that the UAVs share, a mixer of their Qs, and target copies of both.
+
+    Subclasses override :meth:`make_mixer`. The Q-network has two hidden layers of 256 ReLU units by default, as the
+    paper's networks. Acting reads o_i alone; the mixer is for training.
+
+    :param observation_space: the flat observation
+    :param action_space: the actions
+    :param lr_schedule: learning rate as a function of the progress remaining
+    :param layout: where o_i and x lie in the flat observation
+    :param net_arch: widths of the Q-network's hidden layers
+    :param activation_fn: activation of the hidden layers
+    :param optimizer_class: the optimiser
+    :param optimizer_kwargs: its arguments but the learning rate
+    """
+
+    action_space: spaces.Discrete
+
+    def __init__(
+        self,
+        observation_space: spaces.Box,
+        action_space: spaces.Discrete,
+        lr_schedule: Schedule,
+        layout: ObservationLayout,
+        net_arch: list[int] | None = None,
+        activation_fn: type[nn.Module] = nn.ReLU,
+        optimizer_class: type[th.optim.Optimizer] = th.optim.Adam,
+        optimizer_kwargs: dict[str, Any] | None = None,
+    ) -> None:
+        super().__init__(
+            observation_space, action_space, optimizer_class=optimizer_class, optimizer_kwargs=optimizer_kwargs
+        )
+        self.layout = layout
+        self.net_arch = [256, 256] if net_arch is None else net_arch
+        self.activation_fn = activation_fn
+        num_actions = int(action_space.n)
+        self.q_net = nn.Sequential(*create_mlp(layout.local_dim, num_actions, self.net_arch, activation_fn))
+        self.mixer = self.make_mixer()
+        self.q_net_target = copy.deepcopy(self.q_net).requires_grad_(False)
+        self.mixer_target = copy.deepcopy(self.mixer).requires_grad_(False)
+        self.optimizer = optimizer_class(self.trained_parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def make_mixer(self) -> nn.Module:
+        """Build the mixer, called as ``mixer(q, x)`` with Qs [B, N] and global states [B, state_dim].
+
+        :return: a module that answers with the games' values [B]
+        """
+        raise NotImplementedError(f"{type(self).__name__} does not say how Qs are mixed: override make_mixer")
+
+    def trained_parameters(self) -> list[nn.Parameter]:
+        """What the optimiser moves: the Q-network and the mixer, not their targets.
+
+        :return: the parameters
+        """
+        return [*self.q_net.parameters(), *self.mixer.parameters()]
+
+    def target_parameters(self) -> list[nn.Parameter]:
+        """The target copies of :meth:`trained_parameters`, in the same order.
+
+        :return: the parameters
+        """
+        return [*self.q_net_target.parameters(), *self.mixer_target.parameters()]
+
+    def game_values(
+        self, local: th.Tensor, state: th.Tensor, actions: th.Tensor, flying: th.Tensor, target: bool = False
+    ) -> th.Tensor:
+        """Values of games: the mix of the Qs of the UAVs that fly.
+
+        The Q of a UAV that does not fly is 0 in the mix, and is never computed.
+
+        :param local: local observations [B, N, local_dim]
+        :param state: global states [B, state_dim]
+        :param actions: joint actions [B, N]
+        :param flying: who is flying [B, N]
+        :param target: ask the target networks
+        :return: [B]
+        """
+        q_net, mixer = (self.q_net_target, self.mixer_target) if target else (self.q_net, self.mixer)
+        chosen = local.new_zeros(flying.shape)
+        chosen[flying] = q_net(local[flying]).gather(1, actions[flying][:, None])[:, 0]
+        values: th.Tensor = mixer(chosen, state)
+        return values
+
+    def greedy_actions(self, local: th.Tensor, flying: th.Tensor, target: bool = False) -> th.Tensor:
+        """Each UAV's best action by its own Q.
+
+        :param local: local observations [B, N, local_dim]
+        :param flying: who is flying [B, N]; the others get action 0
+        :param target: ask the target network
+        :return: [B, N]
+        """
+        actions = th.zeros(flying.shape, dtype=th.long, device=local.device)
+        actions[flying] = (self.q_net_target if target else self.q_net)(local[flying]).argmax(dim=1)
+        return actions
+
+    def forward(self, obs: th.Tensor, deterministic: bool = True) -> th.Tensor:
+        """Act.
+
+        :param obs: flat observations [B, flat_dim]
+        :param deterministic: ignored: exploration is the algorithm's
+        :return: greedy actions [B]
+        """
+        return self._predict(obs, deterministic)
+
+    def _predict(self, observation: PyTorchObs, deterministic: bool = False) -> th.Tensor:
+        assert isinstance(observation, th.Tensor)
+        greedy: th.Tensor = self.q_net(observation[:, self.layout.local]).argmax(dim=1)
+        return greedy
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        return {
+            "observation_space": self.observation_space,
+            "action_space": self.action_space,
+            "lr_schedule": self._dummy_schedule,  # not needed to act
+            "layout": self.layout,
+            "net_arch": self.net_arch,
+            "activation_fn": self.activation_fn,
+            "optimizer_class": self.optimizer_class,
+            "optimizer_kwargs": self.optimizer_kwargs,
+        }
