@@ -21,7 +21,7 @@ from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, cells, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells, training_bar
-from lawn_sb3.experiment.tuning import best_trials, load_search, run_search
+from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 from lawn_sb3.report.page import write_report
 from lawn_sb3.report.table_two import as_text, table_two
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario, parse_overrides
@@ -173,7 +173,7 @@ def _report(recipe_path: Path) -> None:
         table.add_column(heading, justify="left" if heading == "Method" else "right")
     for row in shown.itertuples(index=False):
         table.add_row(*row)
-    Console(width=None if sys.stdout.isatty() else 160).print(table)
+    _wide_console().print(table)
     for problem in results.problems:
         messages.print(f"not in the report: {problem}", style="yellow", markup=False)
     messages.print(f"report: {root / 'report' / 'README.md'}", soft_wrap=True)
@@ -183,7 +183,7 @@ def _report(recipe_path: Path) -> None:
 def tune(
     search_path: Annotated[Path, typer.Argument(help="what to search")] = Path("runs/tuning.yaml"),
     jobs: Annotated[int, typer.Option(min=1, help="trainings side by side, one core each")] = 2,
-    show: Annotated[bool, typer.Option("--show", help="only show the best trials so far")] = False,
+    show: Annotated[bool, typer.Option("--show", help="run nothing, only show the trials so far")] = False,
 ) -> None:
     """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
     search, methods = load_search(search_path)
@@ -191,13 +191,14 @@ def tune(
     with _interruptible():
         if not show:
             run_search(search, methods, folder, jobs, messages)
-    table = Table(title=f"best trials: mean greedy reward J after {search.env_steps:,} env steps")
-    best = best_trials(search, folder)
-    for heading in best.columns:
+    table = Table(title=f"trials: mean greedy reward J after {search.env_steps:,} env steps")
+    for heading in ("method", "rank", "J", "settings"):
         table.add_column(heading)
-    for row in best.itertuples(index=False):
-        table.add_row(*(f"{value:.3f}" if isinstance(value, float) else str(value) for value in row))
-    Console().print(table)
+    for method, rank, reward, settings in ranked_trials(search, folder).itertuples(index=False):
+        table.add_row(
+            method, str(rank), f"{reward:.3f}", ", ".join(f"{key} {value}" for key, value in settings.items())
+        )
+    _wide_console().print(table)
 
 
 @app.command()
@@ -229,6 +230,11 @@ def scenario_command(
             value = str(getattr(chosen, key))
             table.add_row(key, str(extra["symbol"]), value, str(extra["unit"]), str(extra["source"]), field.description)
     Console().print(table)
+
+
+def _wide_console() -> Console:
+    """Standard output, wide enough for a whole table where there is no terminal to fit."""
+    return Console(width=None if sys.stdout.isatty() else 160)
 
 
 def _print_figures(figures: dict[str, Any], as_json: bool, title: str) -> None:

@@ -79,7 +79,6 @@ def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs
     :param console: where progress goes
     """
     folder.mkdir(parents=True, exist_ok=True)
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=prepare_worker) as pool, _stopping_workers():
         for key, method in methods.items():
@@ -102,24 +101,22 @@ def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs
                     console.print(f"{key} trial {trial.number}: J {score:.3f} with {trial.params}")
 
 
-def best_trials(search: Search, folder: Path) -> pd.DataFrame:
-    """The best trial of every method, the number of trials beside it.
+def ranked_trials(search: Search, folder: Path) -> pd.DataFrame:
+    """All finished trials, the best of each method first.
 
     :param search: the search
     :param folder: where the studies are kept
-    :return: the columns ``method, trials, best_reward, median_reward, settings``
+    :return: the columns ``method, rank, reward, settings``
     """
     rows = []
     for key in search.space:
-        trials = _finished(_study(folder, key))
-        if trials:
-            best = max(trials, key=_value)
-            median = float(np.median([_value(trial) for trial in trials]))
-            rows.append((key, len(trials), _value(best), median, best.params))
-    return pd.DataFrame(rows, columns=["method", "trials", "best_reward", "median_reward", "settings"])
+        trials = sorted(_finished(_study(folder, key)), key=_value, reverse=True)
+        rows += [(key, rank, _value(trial), trial.params) for rank, trial in enumerate(trials, start=1)]
+    return pd.DataFrame(rows, columns=["method", "rank", "reward", "settings"])
 
 
 def _study(folder: Path, key: str) -> optuna.Study:
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
     storage = JournalStorage(JournalFileBackend(str(folder / f"{key}.journal")))
     study = optuna.create_study(storage=storage, study_name=key, direction="maximize", load_if_exists=True)
     # Seeded by the trials so far, so that a continued search does not draw the same settings again.

@@ -11,7 +11,7 @@ from rich.console import Console
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.tuning import best_trials, load_search, run_search
+from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 
 SETTINGS = {"n_steps": 32, "batch_size": 64, "n_epochs": 1, "gamma": 0.8}
 RECIPE = {
@@ -48,9 +48,9 @@ def test_a_search_tries_the_recipes_settings_first_and_goes_on_where_it_stopped(
     longer, methods = load_search(written(tmp_path, trials=3))
     run_search(longer, methods, tmp_path / "search", 1, console)
     assert console.export_text().count("trial") == 1
-    best = best_trials(longer, tmp_path / "search").iloc[0]
-    assert best["trials"] == 3
-    assert best["best_reward"] >= best["median_reward"]
+    ranked = ranked_trials(longer, tmp_path / "search")
+    assert ranked["rank"].tolist() == [1, 2, 3]
+    assert ranked["reward"].is_monotonic_decreasing
 
 
 @pytest.mark.parametrize(
