@@ -5,26 +5,27 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
+from rich.markup import escape
 from rich.table import Table
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.benchmark import benchmark
-from lawn_sb3.experiment.cell import run_cell, write_rows
+from lawn_sb3.experiment.cell import is_finished, run_cell, write_rows
 from lawn_sb3.experiment.evaluation import evaluate, summarize
-from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, cells, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells, training_bar
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 from lawn_sb3.report.page import write_report
 from lawn_sb3.report.table_two import as_text, table_two
-from lawn_sb3.scenario import PRESETS, Scenario, load_scenario, parse_overrides
+from lawn_sb3.scenario import PRESETS, Scenario, load_scenario, parse_overrides, parse_scenario
 
 app = typer.Typer(
     help="Train, evaluate and reproduce: game-theoretic trajectory planning of UAV swarms, with Stable-Baselines3.",
@@ -70,17 +71,26 @@ def train(
     known = _paper_method(algo, chosen)
     settings = {**(known.settings if known else {}), **parse_overrides(hyperparams, "--hyperparams"), "device": device}
     values = {
-        "label": out.name,
+        "label": out.resolve().name,
         "algo": algo,
         "policy": chosen,
         "env_steps": env_steps,
         "num_games": num_games or (known.num_games if known else 64),
         "settings": settings,
     }
-    cell = Cell(out.name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
+    cell = Cell(out.resolve().name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if is_finished(cell):
+        messages.print(f"{out} holds this run already, finished", markup=False, soft_wrap=True)
+        return
+    if (out / "finished").exists():
+        raise UserError(
+            f"--out {str(out)!r} holds a finished run with other settings: choose another folder or delete it"
+        )
     with _interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
         run_cell(cell, advance)
-    messages.print(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
+    messages.print(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}", markup=False, soft_wrap=True)
 
 
 def _paper_method(algo: str, policy: str | None) -> Method | None:
@@ -113,24 +123,27 @@ def evaluate_command(
     if run is not None:
         cell = load_run(run)
         own = cell.scenario if scenario is None else load_scenario(scenario)
-        game = own.changed(**parse_overrides(changes)) if changes else own
+        changed = {**own.model_dump(), **parse_overrides(changes)}
+        game = parse_scenario(changed, where=f"scenario {own.name!r}") if changes else own
         if (game.num_uavs, game.num_gbs, game.max_voxel_steps) != (
             cell.scenario.num_uavs,
             cell.scenario.num_gbs,
             cell.scenario.max_voxel_steps,
         ):
             raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
-        chosen, name = load_player(cell, deterministic=not sample), cell.key
+        if not is_finished(cell):
+            raise UserError(f"{str(run)!r} is not finished, or its policy file has changed since")
+        chosen, name, player_seed = load_player(cell, deterministic=not sample), cell.key, cell.seed
     else:
         assert player is not None
         game = load_scenario(scenario or "paper", changes)
-        chosen, name = find_player(player), player
-    rows = evaluate(chosen, game, episodes, seed)
+        chosen, name, player_seed = find_player(player), player, 0
+    rows = evaluate(chosen, game, episodes, seed, player_seed)
     if rows_file is not None:
         write_rows(rows_file, rows)
     summary = summarize(rows)
-    figures = {"method": name, "scenario": game.name, "episodes": episodes, "seed": seed, **summary}
-    _print_figures(figures, as_json, f"{name} on {game.name}, {episodes} episodes")
+    figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
+    _print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes")
 
 
 def _sizes(scenario: Scenario) -> str:
@@ -148,11 +161,15 @@ def reproduce(
     """
     recipe = load_recipe(recipe_path)
     todo = cells(recipe, recipe_path.parent / recipe.name)
+    for cell in {cell.key: cell for cell in todo}.values():
+        if cell.method.algo is not None:
+            build_model(cell)  # an algorithm that refuses its settings is found before anything runs
     with _interruptible():
         try:
             run_cells(todo, jobs, messages)
         except FailedRunsError:
-            _report(recipe_path)
+            with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
+                _report(recipe_path)
             raise
         _report(recipe_path)
 
@@ -166,13 +183,13 @@ def report(recipe_path: RecipePath = PAPER_RECIPE) -> None:
 def _report(recipe_path: Path) -> None:
     recipe = load_recipe(recipe_path)
     root = recipe_path.parent / recipe.name
-    results = write_report(recipe, cells(recipe, root), root / "report")
+    results = write_report(recipe, cells(recipe, root), root / "report", recipe_path)
     shown = as_text(table_two(results))
     table = Table(title=f"Table II: {recipe.title or recipe.name}; the paper's values in parentheses")
     for heading in shown.columns:
         table.add_column(heading, justify="left" if heading == "Method" else "right")
     for row in shown.itertuples(index=False):
-        table.add_row(*row)
+        table.add_row(*map(escape, row))
     _wide_console().print(table)
     for problem in results.problems:
         messages.print(f"not in the report: {problem}", style="yellow", markup=False)
@@ -223,7 +240,7 @@ def scenario_command(
         return
     table = Table(title=f"scenario {chosen.name}")
     for heading in ("constant", "symbol", "value", "unit", "source", "what it is"):
-        table.add_column(heading)
+        table.add_column(heading, no_wrap=heading == "constant")
     for key, field in Scenario.model_fields.items():
         extra = field.json_schema_extra
         if isinstance(extra, dict):

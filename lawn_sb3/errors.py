@@ -24,7 +24,7 @@ def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = 
     options = sorted(known)
     near = difflib.get_close_matches(name, options, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return UserError(f"unknown {what} {path or name!r}{hint}; known: {', '.join(options)}")
+    return UserError(f"unknown {what} {path or repr(name)}{hint}; known: {', '.join(options)}")
 
 
 def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserError:
@@ -46,7 +46,8 @@ def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserE
         return UserError(f"{where}: {path} is missing{more}")
     if not path:
         return UserError(f"{where}: {message}{more}")
-    return UserError(f"{where}: {path} = {first['input']!r}: {message}{more}")
+    given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
+    return UserError(f"{where}: {path}{given}: {message}{more}")
 
 
 def _owner(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[list[str], str]:

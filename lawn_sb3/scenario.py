@@ -241,6 +241,15 @@ class Scenario(BaseModel):
         """
         return parse_scenario({**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
 
+    @property
+    def title(self) -> str:
+        """The name, and for a changed preset what differs from it: ``paper, num_uavs=8``."""
+        preset = PRESETS.get(self.name)
+        if preset is None:
+            return self.name
+        mine, theirs = self.model_dump(), preset.model_dump()
+        return ", ".join([self.name, *(f"{key}={value}" for key, value in mine.items() if value != theirs[key])])
+
     def to_yaml(self) -> str:
         """The scenario as YAML that :func:`load_scenario` reads back."""
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
@@ -316,7 +325,7 @@ def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
     except OSError as error:
         raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError) as error:  # a date that does not exist is a ValueError
+    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that does not exist is a ValueError
         line = str(error).splitlines()[0]
         raise UserError(f"{what} file {str(path)!r} is not valid YAML: {line}") from None
     if not isinstance(content, dict):

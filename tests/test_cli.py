@@ -99,7 +99,7 @@ def test_reproduce_runs_what_is_missing_and_keeps_what_is_finished(tmp_path: Pat
 
 
 def test_a_failed_run_leaves_the_others_finished_and_status_1(tmp_path: Path) -> None:
-    bad = {"label": "Bad", "algo": "mappo", "env_steps": 128, "num_games": 2, "settings": {"batch_size": 1}}
+    bad = {"label": "Bad", "algo": "mappo", "env_steps": 128, "num_games": 2, "settings": {"target_kl": "abc"}}
     path = recipe(tmp_path, methods={**TINY_RECIPE["methods"], "bad": bad}, seeds=[0])  # type: ignore[dict-item]
     done = lawn("reproduce", path)
     assert done.returncode == 1

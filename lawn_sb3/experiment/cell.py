@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -31,8 +32,21 @@ def is_finished(cell: Cell) -> bool:
     marker = cell.directory / "finished"
     try:
         return marker.read_text(encoding="utf-8").strip() == cell.fingerprint()
-    except OSError:
+    except (OSError, ValueError):
         return False
+
+
+def claim_directory(cell: Cell) -> None:
+    """Make the run directory the cell's own: what another configuration left in it goes, a checkpoint to resume stays.
+
+    :param cell: the cell
+    """
+    cell.directory.mkdir(parents=True, exist_ok=True)
+    if read_checkpoint(cell) is None:
+        for name in ("finished", "model.zip", "evaluation.csv", "provenance.json", "progress.csv", "checkpoint.pt"):
+            (cell.directory / name).unlink(missing_ok=True)
+        shutil.rmtree(cell.directory / "tensorboard", ignore_errors=True)
+    write_text(cell.directory / "config.yaml", yaml.safe_dump(cell.configuration(), sort_keys=False))
 
 
 def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
@@ -41,9 +55,7 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     :param cell: the cell
     :param progress: called with the env steps trained so far
     """
-    cell.directory.mkdir(parents=True, exist_ok=True)
-    (cell.directory / "finished").unlink(missing_ok=True)
-    write_text(cell.directory / "config.yaml", yaml.safe_dump(cell.configuration(), sort_keys=False))
+    claim_directory(cell)
     record = provenance()
     start = time.perf_counter()
     player: Player

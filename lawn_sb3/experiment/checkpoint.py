@@ -23,6 +23,10 @@ PENDING = ("name_to_value", "name_to_count", "name_to_excluded")
 """Where SB3's logger keeps what it has not written yet."""
 
 
+UNREADABLE = (EOFError, ImportError, pickle.UnpicklingError)
+"""What reading a damaged pickle can raise besides the ordinary errors."""
+
+
 @runtime_checkable
 class HasMemory(Protocol):
     """An algorithm that keeps experience from one update to the next, which SB3 does not save with the model."""
@@ -90,7 +94,12 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "fingerprint": cell.fingerprint(),
         "model": saved.getvalue(),
         "games": model.env.env_method("snapshot", indices=0),
-        "random": {"python": random.getstate(), "numpy": np.random.get_state(), "torch": th.get_rng_state()},
+        "random": {
+            "python": random.getstate(),
+            "numpy": np.random.get_state(),
+            "torch": th.get_rng_state(),
+            "cuda": th.cuda.get_rng_state_all(),
+        },
         "watch": watch.state(),
         "memory": model.memory() if isinstance(model, HasMemory) else None,
         # What the last update recorded is written with the next rollout.
@@ -98,9 +107,14 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
     }
     path = checkpoint_path(cell)
+    content = io.BytesIO()
+    th.save(state, content)
     part = path.with_suffix(".part")
-    th.save(state, part)
-    part.replace(path)
+    try:
+        part.write_bytes(content.getbuffer())
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def read_checkpoint(cell: Cell) -> dict[str, Any] | None:
@@ -115,7 +129,7 @@ def read_checkpoint(cell: Cell) -> dict[str, Any] | None:
     try:
         state: dict[str, Any] = th.load(path, weights_only=False)
         same = state["fingerprint"] == cell.fingerprint()
-    except (OSError, RuntimeError, EOFError, KeyError, ValueError, pickle.UnpicklingError) as error:
+    except (OSError, RuntimeError, LookupError, ValueError, TypeError, AttributeError, *UNREADABLE) as error:
         warnings.warn(f"checkpoint {str(path)!r} is damaged ({error}); the training starts anew", stacklevel=2)
         return None
     return state if same else None
@@ -133,11 +147,14 @@ def resume_model(cell: Cell, state: dict[str, Any], env: FlatVecEnv) -> BaseAlgo
     assert cell.method.policy is not None
     find_policy(cell.method.policy)  # the saved model names the policy's module, which must be known by then
     env.reset()
-    model = find_algorithm(cell.method.algo).load(io.BytesIO(state["model"]), env=env, device="cpu", force_reset=False)
+    model = find_algorithm(cell.method.algo).load(
+        io.BytesIO(state["model"]), env=env, device=cell.method.settings.get("device", "cpu"), force_reset=False
+    )
     if isinstance(model, HasMemory):
         model.restore_memory(state["memory"])
     env.env_method("restore", state["games"][0], indices=0)
     random.setstate(state["random"]["python"])
     np.random.set_state(state["random"]["numpy"])
     th.set_rng_state(state["random"]["torch"])
+    th.cuda.set_rng_state_all(state["random"]["cuda"])
     return model

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydantic import ValidationError
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
 
@@ -72,7 +71,9 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     settings = {"device": "cpu", **method.arguments(), **arguments}
     try:
         return find_algorithm(method.algo)(find_policy(method.policy), env, seed=cell.seed, **settings)
-    except (TypeError, ValueError, AssertionError) as error:
+    except UserError:
+        raise
+    except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {reason}") from error
 
@@ -87,6 +88,8 @@ def load_run(directory: Path) -> Cell:
     path = directory / "config.yaml"
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if not isinstance(values["seed"], int) or values["seed"] < 0:
+            raise ValueError(f"seed = {values['seed']!r}: a whole number from 0 up")
         return Cell(
             key=values["key"],
             method=Method.model_validate(values["method"]),
@@ -97,7 +100,7 @@ def load_run(directory: Path) -> Cell:
         )
     except OSError as error:
         raise UserError(f"{str(directory)!r} holds no run: {path.name}: {error.strerror}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValidationError) as error:
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         raise UserError(f"{str(path)!r} is not the configuration of a run: {str(error).splitlines()[0]}") from None
 
 
@@ -114,7 +117,7 @@ def load_player(cell: Cell, deterministic: bool = True) -> Player:
     if cell.method.player is not None:
         return find_player(cell.method.player)
     path = cell.directory / "model.zip"
-    model = build_model(cell)
+    model = build_model(cell, device="cpu")
     try:
         _, parameters, _ = load_from_zip_file(path, device="cpu", load_data=False)
         model.set_parameters(parameters, device="cpu")

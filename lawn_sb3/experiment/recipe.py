@@ -51,14 +51,14 @@ class Method(BaseModel):
     algo: str | None = Field(None, description="an algorithm")
     policy: str | None = Field(None, description="its policy: NAME of policies/NAME.py, or package.module:Class")
     env_steps: int = Field(0, ge=0, description="training budget: joint slots of one game")
-    num_games: int = Field(64, ge=1, description="games played side by side in training")
+    num_games: int = Field(64, ge=1, le=100_000, description="games played side by side in training")
     continuation: Continuation = Field("mission", description="how UAVs that are done go on in training")
     settings: dict[str, Any] = Field({}, description="keyword arguments of the algorithm; lin_X anneals X to 0")
 
     @model_validator(mode="before")
     @classmethod
     def _default_policy(cls, values: Any) -> Any:
-        if not isinstance(values, dict) or values.get("algo") not in ALGORITHMS:
+        if not isinstance(values, dict) or not isinstance(values.get("algo"), str) or values["algo"] not in ALGORITHMS:
             return values
         algo, values = values["algo"], dict(values)
         if values.get("policy") is None and algo in DEFAULT_POLICIES:
@@ -96,6 +96,9 @@ class Method(BaseModel):
             raise unknown_name("algorithm", self.algo, ALGORITHMS)
         if self.env_steps < 1:
             raise ValueError(f"method {self.label!r} trains and needs env_steps of at least 1")
+        needed = getattr(ALGORITHMS[self.algo], "continuation", self.continuation)
+        if self.continuation != needed:
+            raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
         known = set(inspect.signature(find_algorithm(self.algo)).parameters) - GIVEN_BY_THE_KIT
         for key in self.settings:
             if key not in known:
@@ -117,7 +120,10 @@ def _argument(key: str, value: Any) -> Any:
         return value
     kind, _, start = value.partition("_")
     if kind != "lin":
-        return value
+        try:
+            return float(value)  # YAML takes 1e-3, without a point, for text
+        except ValueError:
+            return value
     try:
         return LinearSchedule(float(start), 0.0, 1.0)
     except ValueError:
@@ -137,13 +143,21 @@ class Recipe(BaseModel):
     evaluation: Evaluation = Evaluation()
     methods: dict[str, Method] = Field(min_length=1)
 
+    def game(self) -> Scenario:
+        """The scenario with the recipe's changes.
+
+        :return: the scenario
+        :raises UserError: if there is no such scenario, or it is impossible
+        """
+        return load_scenario(self.scenario, self.set)
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.seeds)) < len(self.seeds) or min(self.seeds) < 0:
             raise ValueError(f"seeds = {list(self.seeds)}: whole numbers from 0 up, none twice")
-        for key in self.methods:
+        for key in (self.name, *self.methods):
             if not key.replace("-", "").replace("_", "").isalnum():
-                raise ValueError(f"method {key!r}: letters, digits, - and _ only, as it names a folder")
+                raise ValueError(f"{key!r}: letters, digits, - and _ only, as it names a folder")
         return self
 
 
@@ -170,6 +184,7 @@ class Cell:
         """All that the run depends on, ready for YAML."""
         return {
             "key": self.key,
+            "policy_file": self._policy_digest(),
             "seed": self.seed,
             "method": self.method.model_dump(mode="json"),
             "scenario": self.scenario.model_dump(mode="json"),
@@ -177,9 +192,16 @@ class Cell:
             "version": lawn_sb3.__version__,
         }
 
+    def _policy_digest(self) -> str | None:
+        """Hash of the file that holds the policy: an edited policy is another configuration."""
+        if self.method.policy is None:
+            return None
+        return hashlib.sha256(Path(inspect.getfile(find_policy(self.method.policy))).read_bytes()).hexdigest()[:16]
+
     def fingerprint(self) -> str:
         """Hash of what the result depends on: labels do not count."""
         configuration = self.configuration()
+        configuration.pop("key")
         for name in ("label", "paper_row"):
             configuration["method"].pop(name)
         return hashlib.sha256(json.dumps(configuration, sort_keys=True).encode()).hexdigest()[:16]
@@ -213,7 +235,7 @@ def load_recipe(path: Path) -> Recipe:
         recipe = Recipe.model_validate(values)
     except ValidationError as error:
         raise explain(error, Recipe, str(path)) from None
-    load_scenario(recipe.scenario, recipe.set)
+    recipe.game()
     for method in recipe.methods.values():
         if method.policy is not None:
             find_policy(method.policy)
@@ -227,7 +249,7 @@ def cells(recipe: Recipe, root: Path) -> list[Cell]:
     :param root: the folder of its runs
     :return: one cell for each method and seed
     """
-    scenario = load_scenario(recipe.scenario, recipe.set)
+    scenario = recipe.game()
     return [
         Cell(key, method, seed, scenario, recipe.evaluation, root / key / f"seed-{seed}")
         for seed in recipe.seeds

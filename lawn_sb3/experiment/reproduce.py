@@ -56,7 +56,10 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
         events: queue.Queue[tuple[int, int]] = manager.Queue()
         pool = ProcessPoolExecutor(min(jobs, len(todo)), mp_context=context, initializer=prepare_worker)
         try:
+            # Workers inherit this and so leave interrupts to their parent from their first moment on.
+            before = signal.signal(signal.SIGINT, signal.SIG_IGN)
             futures = {pool.submit(_work, index, cell, events): index for index, cell in enumerate(todo)}
+            signal.signal(signal.SIGINT, before)
             failures = _follow(todo, futures, events, bars, console)
             pool.shutdown()
         except BaseException:
@@ -129,7 +132,7 @@ def _follow(
                 console.print(f"finished {cell.key} seed {cell.seed}")
             else:
                 failures.append(f"{cell.key} seed {cell.seed}: {type(error).__name__}: {error}")
-                console.print(f"failed {failures[-1]}", style="red")
+                console.print(f"failed {failures[-1]}", style="red", markup=False, soft_wrap=True)
         bars.update(total, completed=sum(done_steps.values()))
         if not console.is_terminal and bars.get_time() - last_line > QUIET_SECONDS:
             last_line = bars.get_time()

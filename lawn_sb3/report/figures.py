@@ -58,7 +58,8 @@ def convergence(results: Results) -> Figure:
             _draw_curves(ax, results, f"{source}/{quantity}", window, palette)
             _draw_untrained(ax, results, quantity, palette)
             _mark_paper(ax, results, quantity, palette)
-            ax.set_ylim(*LIMITS[quantity])
+            if results.recipe.game().rate_unit == "lone-uav":  # rewards in Mbps have other ranges
+                ax.set_ylim(*LIMITS[quantity])
             ax.set_title(f"({'ab'[column]}) {source_text}{smoothing}")
             ax.set_ylabel(quantity_text)
             ax.set_xlabel("env steps (joint slots of one game)" if row == len(SOURCES) - 1 else "")

@@ -22,12 +22,13 @@ THRESHOLD = 95.0
 """Success in percent whose crossing the paper reports."""
 
 
-def write_report(recipe: Recipe, cells: list[Cell], folder: Path) -> Results:
+def write_report(recipe: Recipe, cells: list[Cell], folder: Path, source: Path) -> Results:
     """Write tables, figures and page.
 
     :param recipe: the recipe
     :param cells: its cells
     :param folder: where to
+    :param source: the recipe's file, for the command that the page shows
     :return: what the report was made of, problems included
     :raises UserError: if no run can be used
     """
@@ -41,7 +42,7 @@ def write_report(recipe: Recipe, cells: list[Cell], folder: Path) -> Results:
     write_text(folder / "table2.tex", as_latex(table, table_caption(results)))
     save(convergence(results), folder, "fig2_convergence")
     save(utility_cdf(results), folder, "fig3_utility_cdf")
-    write_text(folder / "README.md", page(results, table))
+    write_text(folder / "README.md", page(results, table, source))
     return results
 
 
@@ -73,12 +74,18 @@ def first_crossing(results: Results) -> pd.DataFrame:
         row: dict[str, object] = {"Method": method.label}
         for source, heading in (("missions", "training missions"), ("greedy", "greedy evaluation")):
             column = f"{source}/success_percent"
+            if column not in own or own[column].isna().all():
+                row[heading] = "not measured"
+                continue
             first = [
                 seed_rows.loc[seed_rows[column] >= THRESHOLD, "time/env_steps"].min()
                 for _, seed_rows in own.groupby("seed")
             ]
             reached = [value for value in first if pd.notna(value)]
-            slowest = f"{max(reached):,.0f}" if len(reached) == len(first) else f"{len(reached)} of {len(first)} seeds"
+            measured = own.dropna(subset=[column]).groupby("seed")["time/env_steps"].min().max()
+            slowest = f"{len(reached)} of {len(first)} seeds"
+            if len(reached) == len(first):
+                slowest = f"{'at most ' if max(reached) <= measured else ''}{max(reached):,.0f}"
             row[heading] = slowest
         rows.append(row)
     return pd.DataFrame(rows)
@@ -108,20 +115,21 @@ def nearest_to_paper(results: Results) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def page(results: Results, table: pd.DataFrame) -> str:
+def page(results: Results, table: pd.DataFrame, source: Path) -> str:
     """The report as Markdown.
 
     :param results: what the runs left
     :param table: Table II
+    :param source: the recipe's file
     :return: the page
     """
     name = results.recipe.name
-    command = f"lawn-sb3 reproduce runs/{name}.yaml"
+    command = f"lawn-sb3 reproduce {source.as_posix()}"
     seeds = ", ".join(map(str, results.recipe.seeds))
     crossing = first_crossing(results)
     parts = [
         f"# {results.recipe.title or name}",
-        f"Made by `{command}`, scenario `{results.recipe.scenario}`, seeds {seeds}.",
+        f"Made by `{command}`, scenario `{results.recipe.game().title}`, seeds {seeds}.",
     ]
     if results.problems:
         parts += ["**Not in this report:**", "\n".join(f"- {problem}" for problem in results.problems)]
@@ -134,7 +142,7 @@ def page(results: Results, table: pd.DataFrame) -> str:
     if len(crossing):
         parts += [
             f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; "
-            "the paper: about 150 K.",
+            "the paper: about 150 K. *At most*: that was the first figure there is.",
             str(crossing.to_markdown(index=False, disable_numparse=True)),
         ]
     nearest = nearest_to_paper(results)

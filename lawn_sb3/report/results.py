@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import pandas as pd
+from pandas.api.types import is_numeric_dtype
 
 from lawn_sb3.experiment.cell import is_finished
 from lawn_sb3.experiment.evaluation import COLUMNS, summarize
@@ -63,6 +64,9 @@ def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
             continue
         rows = _read(cell, "evaluation.csv", COLUMNS, results.problems)
         if rows is None:
+            continue
+        if rows["arrived"].dtype != bool or not all(map(is_numeric_dtype, rows.dtypes)):
+            results.problems.append(f"{name}: evaluation.csv holds values that are no numbers")
             continue
         expected = cell.evaluation.episodes * cell.scenario.num_uavs
         if len(rows) != expected or rows.isna().to_numpy().any():

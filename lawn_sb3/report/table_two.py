@@ -63,7 +63,9 @@ def as_markdown(table: pd.DataFrame) -> str:
     :param table: what :func:`table_two` returned
     :return: a Markdown table
     """
-    return str(as_text(table).to_markdown(index=False, disable_numparse=True))
+    shown = as_text(table)
+    shown["Method"] = shown["Method"].str.replace("|", "\\|")
+    return str(shown.to_markdown(index=False, disable_numparse=True))
 
 
 def as_latex(table: pd.DataFrame, caption: str) -> str:
@@ -74,5 +76,6 @@ def as_latex(table: pd.DataFrame, caption: str) -> str:
     :return: a LaTeX table
     """
     shown = as_text(table, latex=True)
+    shown["Method"] = shown["Method"].str.replace(r"([&%$#_{}])", r"\\\1", regex=True)
     body = shown.to_latex(index=False, escape=False, column_format="l" + "c" * (len(shown.columns) - 1))
     return f"\\begin{{table}}[t]\n\\centering\n\\caption{{{caption}}}\n{body}\\end{{table}}\n"

@@ -19,6 +19,7 @@ from lawn_sb3.experiment.cell import is_finished, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.scenario import Scenario
 
 
@@ -123,6 +124,30 @@ def test_a_checkpoint_of_other_settings_is_not_used(small_cell: Cell) -> None:
     reports: list[int] = []
     run_cell(other, reports.append)
     assert reports[0] == 0
+
+
+def test_nothing_of_another_configuration_stays_in_a_run_that_is_cut(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    other = replace(small_cell, seed=4)
+    with pytest.raises(CutError):
+        run_cell(other, cut_at(128))
+    assert not (small_cell.directory / "model.zip").exists()
+    assert not (small_cell.directory / "evaluation.csv").exists()
+    assert not is_finished(other)
+
+
+def test_an_edited_policy_is_another_configuration(
+    small_cell: Cell, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = (REPOSITORY / "policies" / "state_critic.py").read_text(encoding="utf-8")
+    (tmp_path / "policies").mkdir()
+    path = tmp_path / "policies" / "edited.py"
+    path.write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    cell = replace(small_cell, method=small_cell.method.model_copy(update={"policy": "edited"}))
+    before = cell.fingerprint()
+    path.write_text(source + "\n# another line\n", encoding="utf-8")
+    assert cell.fingerprint() != before
 
 
 def test_a_run_made_with_other_settings_is_not_finished(small_cell: Cell) -> None:

@@ -25,6 +25,9 @@ FILES = {
 }  # fmt: skip
 
 
+SOURCE = Path("runs/small.yaml")
+
+
 def rows(arrived: bool, utility_mbps: float) -> pd.DataFrame:
     """One episode of one UAV."""
     values = (0, 0, 1.0, 30.0, 5, 5, arrived, utility_mbps, 0, 5)
@@ -32,7 +35,7 @@ def rows(arrived: bool, utility_mbps: float) -> pd.DataFrame:
 
 
 def test_a_report_has_its_tables_figures_and_page(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
-    results = write_report(recipe, small_cells, tmp_path / "report")
+    results = write_report(recipe, small_cells, tmp_path / "report", SOURCE)
     assert results.problems == []
     assert {path.name for path in (tmp_path / "report").iterdir()} == FILES
     page = (tmp_path / "report" / "README.md").read_text(encoding="utf-8")
@@ -45,7 +48,7 @@ def test_a_report_has_its_tables_figures_and_page(recipe: Recipe, small_cells: l
 
 def test_equal_runs_give_equal_bytes(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
     for name in ("first", "second"):
-        write_report(recipe, small_cells, tmp_path / name)
+        write_report(recipe, small_cells, tmp_path / name, SOURCE)
     for name in FILES:
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes(), name
 
@@ -139,7 +142,7 @@ def test_a_damaged_file_is_named_and_the_report_is_made_of_the_rest(
         path.unlink()
     else:
         path.write_text(content)
-    results = write_report(recipe, small_cells, tmp_path / "report")
+    results = write_report(recipe, small_cells, tmp_path / "report", SOURCE)
     assert len(results.problems) == 1
     assert "mappo seed 1" in results.problems[0]
     assert expected in results.problems[0]
@@ -160,7 +163,7 @@ def test_without_any_run_there_is_no_report(recipe: Recipe, tmp_path: Path) -> N
     from lawn_sb3.experiment.recipe import cells
 
     with pytest.raises(UserError, match="no finished run"):
-        write_report(recipe, cells(recipe, tmp_path / "empty"), tmp_path / "report")
+        write_report(recipe, cells(recipe, tmp_path / "empty"), tmp_path / "report", SOURCE)
 
 
 def test_a_method_keeps_its_colour_whatever_is_beside_it() -> None:
@@ -173,3 +176,24 @@ def test_a_method_keeps_its_colour_whatever_is_beside_it() -> None:
 def test_provenance_names_commit_versions_and_command(small_cells: list[Cell]) -> None:
     record = json.loads((small_cells[0].directory / "provenance.json").read_text())
     assert {"command", "commit", "versions", "hardware", "started", "train_seconds"} <= set(record)
+
+
+def test_labels_are_shown_as_they_are_written(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
+    odd = recipe.methods["mappo"].model_copy(update={"label": "A|B & V_x"})
+    renamed = recipe.model_copy(update={"methods": {**recipe.methods, "mappo": odd}})
+    write_report(renamed, small_cells, tmp_path / "report", SOURCE)
+    assert "A\\|B & V_x" in (tmp_path / "report" / "table2.md").read_text(encoding="utf-8")
+    assert "A|B \\& V\\_x" in (tmp_path / "report" / "table2.tex").read_text(encoding="utf-8")
+
+
+def test_a_curve_that_was_not_measured_is_called_so(recipe: Recipe) -> None:
+    own = rows(True, 40.0)
+    own.insert(0, "seed", 0)
+    own.insert(0, "method", "mappo")
+    curves = pd.DataFrame({"method": ["mappo"], "seed": [0], "time/env_steps": [64]})
+    assert first_crossing(Results(recipe, own, curves)).iloc[0]["training missions"] == "not measured"
+
+
+def test_the_page_names_what_the_recipe_changed(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
+    write_report(recipe, small_cells, tmp_path / "report", SOURCE)
+    assert "scenario `paper, max_slots=20`" in (tmp_path / "report" / "README.md").read_text(encoding="utf-8")

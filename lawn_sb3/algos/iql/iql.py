@@ -23,6 +23,7 @@ from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
 from lawn_sb3.algos.iql.views import LearnerViews
 from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.game.simulator import Continuation
 
 
 class IQL(OffPolicyAlgorithm):
@@ -66,6 +67,9 @@ class IQL(OffPolicyAlgorithm):
     policy: IndependentPolicy
     layout: ObservationLayout
     replay_buffer: ReplayRouter  # type: ignore[assignment]
+
+    continuation: ClassVar[Continuation] = "mission"
+    """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
 
     def __init__(
         self,

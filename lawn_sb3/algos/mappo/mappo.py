@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import nullcontext
-from typing import Any
+from typing import Any, ClassVar
 
 import torch as th
 from stable_baselines3 import PPO
@@ -15,6 +15,7 @@ from torch import nn
 
 from lawn_sb3.algos.mappo.policies import CTDEPolicy
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
+from lawn_sb3.game.simulator import Continuation
 
 
 class MAPPO(PPO):
@@ -50,6 +51,9 @@ class MAPPO(PPO):
     :param normalize_value: train the critic on returns of zero mean and unit variance
     :param _init_setup_model: whether to build the networks at once
     """
+
+    continuation: ClassVar[Continuation] = "mission"
+    """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
 
     def __init__(
         self,
