@@ -115,6 +115,31 @@ def nearest_to_paper(results: Results) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def baseline_verdicts(results: Results) -> list[str]:
+    """How each learning baseline stands to the best CTDE-MAPPO of the recipe, by the reward J.
+
+    :param results: what the runs left
+    :return: one sentence a baseline: the mean difference over the seeds both have, and its standard deviation
+    """
+    rewards = results.by_seed().pivot(index="seed", columns="method", values="reward")
+    rows = {key: method.paper_row for key, method in results.methods.items() if method.algo is not None}
+    own = [key for key, row in rows.items() if row == "CTDE-MAPPO"]
+    if not own:
+        return []
+    best = str(rewards[own].mean().idxmax())
+    verdicts = []
+    for key, row in rows.items():
+        difference = (rewards[key] - rewards[best]).dropna()
+        if row in ("IQL", "QMIX") and len(difference) > 1:
+            mean, spread = float(difference.mean()), float(difference.std(ddof=1))
+            word = "as good as" if abs(mean) <= spread else ("better than" if mean > 0 else "worse than")
+            verdicts.append(
+                f"{results.methods[key].label} is {word} {results.methods[best].label}: "
+                f"J̄ differs by {mean:+.3f} ± {spread:.3f} (mean and standard deviation over {len(difference)} seeds)."
+            )
+    return verdicts
+
+
 def page(results: Results, table: pd.DataFrame, source: Path) -> str:
     """The report as Markdown.
 
@@ -139,6 +164,9 @@ def page(results: Results, table: pd.DataFrame, source: Path) -> str:
         f"{table_caption(results)} T̄ is the makespan: slots until the last UAV is done. U is the mean utility; "
         "the paper prints none.",
     ]
+    verdicts = baseline_verdicts(results)
+    if verdicts:
+        parts.append("\n".join(f"- {verdict}" for verdict in verdicts))
     if len(crossing):
         parts += [
             f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; "

@@ -14,7 +14,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import COLUMNS
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report.figures import smoothed
-from lawn_sb3.report.page import first_crossing, nearest_to_paper, write_report
+from lawn_sb3.report.page import baseline_verdicts, first_crossing, nearest_to_paper, write_report
 from lawn_sb3.report.results import Results, read_results
 from lawn_sb3.report.style import colours
 from lawn_sb3.report.table_two import as_markdown, table_two
@@ -99,6 +99,24 @@ def test_first_crossing_is_that_of_the_slowest_seed(recipe: Recipe) -> None:
     crossing = first_crossing(Results(recipe, own, curves)).iloc[0]
     assert crossing["training missions"] == "2,000"
     assert crossing["greedy evaluation"] == "1 of 2 seeds"
+
+
+@pytest.mark.parametrize(
+    ("rewards", "word"), [((3.0, 3.2), "as good as"), ((4.0, 4.2), "better than"), ((1.0, 1.2), "worse than")]
+)
+def test_a_baseline_is_held_against_mappo_seed_by_seed(recipe: Recipe, rewards: tuple[float, float], word: str) -> None:
+    baseline = recipe.methods["mappo"].model_copy(update={"label": "IQL", "paper_row": "IQL"})
+    both = recipe.model_copy(update={"methods": {**recipe.methods, "iql": baseline}})
+    parts = []
+    for method, values in (("mappo", (3.1, 3.0)), ("iql", rewards)):  # differences -0.1 and 0.2, shifted by -2, 0, 1
+        for seed, reward in enumerate(values):
+            own = rows(True, 40.0).assign(reward=reward)
+            own.insert(0, "seed", seed)
+            own.insert(0, "method", method)
+            parts.append(own)
+    (verdict,) = baseline_verdicts(Results(both, pd.concat(parts, ignore_index=True)))
+    assert f"IQL is {word} CTDE-MAPPO" in verdict
+    assert "± 0.212" in verdict  # standard deviation of two differences 0.3 apart
 
 
 def test_nearest_to_the_paper_is_the_evaluation_with_the_nearest_mean_success(recipe: Recipe) -> None:
