@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import multiprocessing
 import tempfile
 from collections.abc import Iterator, Mapping
@@ -70,7 +71,7 @@ def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
 
 
 def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs: int, console: Console) -> None:
-    """Try settings until every method has its number of trials; trials of an earlier call count.
+    """Try settings until every method has its number of different ones; those of an earlier call count.
 
     :param search: the search
     :param methods: the methods to search for
@@ -93,7 +94,7 @@ def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs
             }
             if not study.trials and len(own) == len(space):
                 study.enqueue_trial(own)
-            while (left := search.trials - len(_finished(study))) > 0:
+            while (left := search.trials - _distinct(study)) > 0:
                 batch = [study.ask(space) for _ in range(min(jobs, left))]
                 scores = pool.map(_score, *zip(*[(search, key, method, trial.params) for trial in batch], strict=True))
                 for trial, score in zip(batch, scores, strict=True):
@@ -129,6 +130,11 @@ def _enqueue_own(study: optuna.Study, method: Method, space: dict[str, list[Sett
     own = {name: method.settings[name] for name, values in space.items() if method.settings.get(name) in values}
     if len(own) == len(space):
         study.enqueue_trial(own)
+
+
+def _distinct(study: optuna.Study) -> int:
+    """How many different settings have been tried: the sampler may repeat itself, which does not count."""
+    return len({json.dumps(trial.params, sort_keys=True) for trial in _finished(study)})
 
 
 def _finished(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
