@@ -14,13 +14,20 @@ from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from lawn_sb3.envs import make_vec_env
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
-from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer, build_model
 from lawn_sb3.experiment.provenance import provenance, write_json, write_text
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.watching import ProgressCSV, Watch
 from lawn_sb3.game.player import Player
+
+FLIGHT_FILES = ("evaluation.csv", "slots.csv", "paths.csv")
+"""Where the parts of :class:`lawn_sb3.experiment.evaluation.Flights` go."""
+SAMPLED_FILE = "evaluation_sampled.csv"
+"""The test missions flown once more by a greedy method, with sampled actions."""
+RESULT_FILES = (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv", "provenance.json")
+"""All that the report reads, besides the configuration."""
 
 
 def is_finished(cell: Cell) -> bool:
@@ -43,7 +50,7 @@ def claim_directory(cell: Cell) -> None:
     """
     cell.directory.mkdir(parents=True, exist_ok=True)
     if read_checkpoint(cell) is None:
-        for name in ("finished", "model.zip", "evaluation.csv", "provenance.json", "progress.csv", "checkpoint.pt"):
+        for name in ("finished", "model.zip", "checkpoint.pt", *RESULT_FILES):
             (cell.directory / name).unlink(missing_ok=True)
         shutil.rmtree(cell.directory / "tensorboard", ignore_errors=True)
     write_text(cell.directory / "config.yaml", yaml.safe_dump(cell.configuration(), sort_keys=False))
@@ -59,6 +66,7 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     record = provenance()
     start = time.perf_counter()
     player: Player
+    model: BaseAlgorithm | None = None
     if cell.method.player is not None:
         player = find_player(cell.method.player)
     else:
@@ -68,9 +76,14 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     record["train_seconds"] = round(time.perf_counter() - start, 1)
     start = time.perf_counter()
     chosen = cell.evaluation
-    rows = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
+    flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, chosen.traced_episodes)
+    for name, rows in zip(FLIGHT_FILES, flights, strict=True):
+        write_rows(cell.directory / name, rows)
+    if model is not None and chosen.deterministic:
+        sampling = ModelPlayer(model, cell.key, deterministic=False)
+        rows = evaluate(sampling, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
+        write_rows(cell.directory / SAMPLED_FILE, rows)
     record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
-    write_rows(cell.directory / "evaluation.csv", rows)
     write_json(cell.directory / "provenance.json", record)
     write_text(cell.directory / "finished", cell.fingerprint() + "\n")
     checkpoint_path(cell).unlink(missing_ok=True)
@@ -80,7 +93,7 @@ def write_rows(path: Path, rows: pd.DataFrame) -> None:
     """Write the raw rows of an evaluation in one go.
 
     :param path: the file
-    :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
+    :param rows: a table of :class:`lawn_sb3.experiment.evaluation.Flights`
     """
     write_text(path, rows.to_csv(index=False, float_format="%.9g", lineterminator="\n"))
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import draw_missions
+from lawn_sb3.game.kernel import Outcome
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
@@ -23,7 +27,22 @@ COLUMNS = (
     "utility_mbps",
     "collisions",
     "makespan_slots",
+    "mean_cell_load",
 )
+
+PATH_COLUMNS = ("episode", "uav", "slot", "x", "y", "z", "cell", "cell_load", "rate_mbps")
+
+
+class Flights(NamedTuple):
+    """What an evaluation saw."""
+
+    rows: pd.DataFrame
+    """One row an episode and UAV, with the columns ``COLUMNS``."""
+    slots: pd.DataFrame
+    """One row a slot, means over all episodes: UAVs flying in the cell of each GBS (``gbs_B``), and UAVs flying in a
+    cell with K UAVs (``load_K``)."""
+    paths: pd.DataFrame
+    """One row a slot and UAV of the traced episodes, with the columns ``PATH_COLUMNS``; slot 0 is the origin."""
 
 
 def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, player_seed: int = 0) -> pd.DataFrame:
@@ -35,7 +54,23 @@ def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, playe
     :param seed: picks the missions: the same seed gives every player the same ones
     :param player_seed: seed of the player's own randomness
     :return: E * N rows: episode, UAV, accumulated reward J, corrected rate in Mbps, slots T_i, T_i^min, arrived,
-        utility U_i in Mbps (0 for a failed mission), collisions, and the episode's makespan in slots
+        utility U_i in Mbps (0 for a failed mission), collisions, the episode's makespan in slots, and the load of the
+        UAV's own cell (itself included), mean over its slots
+    :raises UserError: if ``episodes`` is below 1
+    """
+    return fly(player, scenario, episodes, seed, player_seed).rows
+
+
+def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_seed: int = 0, traced: int = 0) -> Flights:
+    """Let a player play some episodes, and keep how the cells filled and where the UAVs of the first ones went.
+
+    :param player: the player
+    :param scenario: the game
+    :param episodes: number of joint episodes E
+    :param seed: picks the missions: the same seed gives every player the same ones
+    :param player_seed: seed of the player's own randomness
+    :param traced: the number of episodes whose paths are kept
+    :return: raw rows as :func:`evaluate` gives them, slots and paths
     :raises UserError: if ``episodes`` is below 1
     """
     if episodes < 1:
@@ -45,9 +80,12 @@ def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, playe
     simulator.reset(missions=missions)
     player.start(simulator, np.random.default_rng([seed, player_seed]))
     shape = (episodes, scenario.num_uavs)
-    reward, rate, gained = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    reward, rate, gained, load = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     collisions, arrived = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool)
+    slots: list[list[float]] = []
+    paths = [_origins(simulator, traced)]
     while simulator.state.flying.any():
+        flying = simulator.state.flying.copy()
         outcome = simulator.step(player.act(simulator))
         done = outcome.arrived | outcome.timed_out
         reward += outcome.reward_terms.sum(axis=-1)
@@ -55,11 +93,49 @@ def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, playe
         rate[done] = outcome.corrected_rate_mbps[done]
         gained += outcome.utility_mbps
         arrived |= outcome.arrived
-    slots = simulator.state.slot
+        load += outcome.cell_load
+        slots.append(_occupancy(outcome, flying, scenario))
+        paths.append(_positions(simulator, outcome, flying, len(slots), traced))
+    clock = simulator.state.slot
     episode, uav = np.indices(shape)
-    makespan = np.broadcast_to(slots.max(axis=1, keepdims=True), shape)
-    values = (episode, uav, reward, rate, slots, simulator.state.min_slots, arrived, gained, collisions, makespan)
-    return pd.DataFrame({name: value.ravel() for name, value in zip(COLUMNS, values, strict=True)})
+    makespan = np.broadcast_to(clock.max(axis=1, keepdims=True), shape)
+    least = simulator.state.min_slots
+    values = (episode, uav, reward, rate, clock, least, arrived, gained, collisions, makespan, load / clock)
+    names = [*(f"gbs_{b}" for b in range(scenario.num_gbs)), *(f"load_{k + 1}" for k in range(scenario.num_uavs))]
+    occupancy = pd.DataFrame(slots, columns=names)
+    occupancy.insert(0, "slot", np.arange(1, len(slots) + 1))
+    return Flights(
+        pd.DataFrame({name: value.ravel() for name, value in zip(COLUMNS, values, strict=True)}),
+        occupancy,
+        pd.concat(paths, ignore_index=True),
+    )
+
+
+def _occupancy(outcome: Outcome, flying: NDArray[np.bool_], scenario: Scenario) -> list[float]:
+    """UAVs in each cell, and UAVs that share their cell with 0, 1, 2... others: means over the episodes."""
+    in_cell = np.bincount(outcome.cell[flying], minlength=scenario.num_gbs)
+    sharing = np.bincount(outcome.cell_load[flying], minlength=scenario.num_uavs + 1)[1:]
+    return [float(count) / len(flying) for count in (*in_cell, *sharing)]
+
+
+def _origins(simulator: Simulator, traced: int) -> pd.DataFrame:
+    state = simulator.state
+    x, y, z = np.moveaxis(state.position[:traced], -1, 0)
+    cell = simulator.rules.cell[x, y, z]
+    load = np.take_along_axis(state.cell_load[:traced], cell, axis=1)
+    episode, uav = np.indices(cell.shape)
+    values = (episode, uav, np.zeros_like(cell), x, y, z, cell, load, np.zeros(cell.shape))
+    return pd.DataFrame({name: value.ravel() for name, value in zip(PATH_COLUMNS, values, strict=True)})
+
+
+def _positions(
+    simulator: Simulator, outcome: Outcome, flying: NDArray[np.bool_], slot: int, traced: int
+) -> pd.DataFrame:
+    episode, uav = np.nonzero(flying[:traced])
+    x, y, z = np.moveaxis(simulator.state.position[episode, uav], -1, 0)
+    own = (values[episode, uav] for values in (outcome.cell, outcome.cell_load, outcome.rate_mbps))
+    columns = (episode, uav, np.full_like(episode, slot), x, y, z, *own)
+    return pd.DataFrame(dict(zip(PATH_COLUMNS, columns, strict=True)))
 
 
 def summarize(rows: pd.DataFrame) -> dict[str, float]:

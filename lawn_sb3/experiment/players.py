@@ -126,4 +126,6 @@ def load_player(cell: Cell, deterministic: bool = True) -> Player:
     except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
+    if hasattr(model, "exploration_final_eps"):  # where training left it
+        model.exploration_rate = model.exploration_final_eps  # type: ignore[attr-defined]
     return ModelPlayer(model, cell.key, deterministic)

@@ -36,6 +36,7 @@ class Evaluation(BaseModel):
     watch_seed: int = Field(
         10_000, ge=0, description="picks the missions watched during training, apart from the test's"
     )
+    traced_episodes: int = Field(4, ge=0, description="joint episodes whose paths are kept")
 
 
 class Method(BaseModel):
@@ -199,11 +200,17 @@ class Cell:
         return hashlib.sha256(Path(inspect.getfile(find_policy(self.method.policy))).read_bytes()).hexdigest()[:16]
 
     def fingerprint(self) -> str:
-        """Hash of what the result depends on: labels do not count."""
-        configuration = self.configuration()
-        configuration.pop("key")
+        """Hash of what the result depends on: labels do not count, nor do fields that keep their default value."""
+        configuration: dict[str, Any] = {
+            "policy_file": self._policy_digest(),
+            "seed": self.seed,
+            "method": self.method.model_dump(mode="json", exclude_defaults=True),
+            "scenario": self.scenario.model_dump(mode="json", exclude_defaults=True),
+            "evaluation": self.evaluation.model_dump(mode="json", exclude_defaults=True),
+            "version": lawn_sb3.__version__,
+        }
         for name in ("label", "paper_row"):
-            configuration["method"].pop(name)
+            configuration["method"].pop(name, None)
         return hashlib.sha256(json.dumps(configuration, sort_keys=True).encode()).hexdigest()[:16]
 
 

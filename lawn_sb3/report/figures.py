@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lawn_sb3.report.paper import TABLE_II
+from lawn_sb3.experiment.paper import TABLE_II
 from lawn_sb3.report.results import Results
 from lawn_sb3.report.style import colours, use_house_style
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pandas as pd
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.paper import TABLE_II, PaperRow
 from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report.figures import WINDOW, convergence, utility_cdf
-from lawn_sb3.report.paper import TABLE_II, PaperRow
 from lawn_sb3.report.results import Results, read_results
 from lawn_sb3.report.style import save
 from lawn_sb3.report.table_two import COLUMNS, as_latex, as_markdown, table_two

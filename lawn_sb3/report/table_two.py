@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from lawn_sb3.report.paper import TABLE_II
+from lawn_sb3.experiment.paper import TABLE_II
 from lawn_sb3.report.results import Results
 
 COLUMNS = {

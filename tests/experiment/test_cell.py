@@ -15,7 +15,7 @@ from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
-from lawn_sb3.experiment.cell import is_finished, run_cell
+from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, is_finished, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method
@@ -64,7 +64,8 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
     assert is_finished(small_cell)
     names = {path.name for path in small_cell.directory.iterdir()}
     assert names == {
-        "config.yaml", "provenance.json", "progress.csv", "tensorboard", "model.zip", "evaluation.csv", "finished",
+        "config.yaml", "provenance.json", "progress.csv", "tensorboard", "model.zip", "finished", "evaluation.csv",
+        "evaluation_sampled.csv", "slots.csv", "paths.csv",
     }  # fmt: skip
     provenance = json.loads((small_cell.directory / "provenance.json").read_text())
     assert provenance["versions"]["stable-baselines3"]
@@ -99,7 +100,7 @@ def test_a_cut_training_resumes_as_if_there_had_been_no_cut(small_cell: Cell, tm
     reports: list[int] = []
     run_cell(small_cell, reports.append)
     assert reports[0] == limit - 64
-    for name in ("evaluation.csv", "progress.csv"):
+    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
         assert (small_cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
     for name, value in parameters(small_cell).items():
         assert th.equal(value, parameters(whole)[name]), name
@@ -163,6 +164,17 @@ def test_a_finished_run_plays_as_it_was_evaluated(small_cell: Cell) -> None:
     saved = pd.read_csv(small_cell.directory / "evaluation.csv")
     np.testing.assert_allclose(rows["reward"], saved["reward"], rtol=1e-8)
     assert (rows["slots"] == saved["slots"]).all()
+    sampled = evaluate(load_player(again, deterministic=False), again.scenario, len(rows) // 4, 20_000, again.seed)
+    saved = pd.read_csv(small_cell.directory / "evaluation_sampled.csv")
+    assert (sampled["slots"] == saved["slots"]).all()
+    assert (sampled["reward"] != rows["reward"]).any()
+
+
+def test_a_field_that_keeps_its_default_does_not_count_in_the_fingerprint(small_cell: Cell) -> None:
+    spelt_out = small_cell.method.model_validate({**small_cell.method.model_dump(), "continuation": "mission"})
+    assert replace(small_cell, method=spelt_out).fingerprint() == small_cell.fingerprint()
+    longer = small_cell.method.model_copy(update={"env_steps": 512})
+    assert replace(small_cell, method=longer).fingerprint() != small_cell.fingerprint()
 
 
 @pytest.mark.parametrize("keep", [0, 200, 5000])

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.evaluation import COLUMNS, evaluate, summarize
+from lawn_sb3.experiment.evaluation import COLUMNS, evaluate, fly, summarize
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import PRESETS
@@ -68,10 +68,10 @@ def test_summary_by_hand() -> None:
     # Two episodes of two UAVs.
     rows = pd.DataFrame(
         [
-            (0, 0, 1.0, 10.0, 2, 2, True, 10.0, 0, 4),
-            (0, 1, 2.0, 20.0, 4, 2, True, 10.0, 1, 4),
-            (1, 0, 3.0, 30.0, 8, 2, False, 0.0, 0, 8),
-            (1, 1, 4.0, 40.0, 2, 2, True, 40.0, 1, 8),
+            (0, 0, 1.0, 10.0, 2, 2, True, 10.0, 0, 4, 1.0),
+            (0, 1, 2.0, 20.0, 4, 2, True, 10.0, 1, 4, 1.0),
+            (1, 0, 3.0, 30.0, 8, 2, False, 0.0, 0, 8, 1.0),
+            (1, 1, 4.0, 40.0, 2, 2, True, 40.0, 1, 8, 1.0),
         ],
         columns=list(COLUMNS),
     )
@@ -90,3 +90,32 @@ def test_summary_by_hand() -> None:
 def test_no_episode_is_refused() -> None:
     with pytest.raises(UserError, match="episodes = 0"):
         evaluate(RandomPlayer(), PAPER, 0, seed=5)
+
+
+def test_paths_lead_from_origin_to_destination_one_row_a_slot() -> None:
+    flights = fly(StraightPlayer(), PAPER, 6, seed=5, traced=2)
+    assert set(flights.paths["episode"]) == {0, 1}
+    for (episode, uav), path in flights.paths.groupby(["episode", "uav"]):
+        row = flights.rows[(flights.rows["episode"] == episode) & (flights.rows["uav"] == uav)].iloc[0]
+        assert list(path["slot"]) == list(range(row["slots"] + 1))
+        steps = path[["x", "y", "z"]].diff().dropna().abs().sum(axis=1)
+        assert steps.max() <= PAPER.max_voxel_steps
+        # On a shortest path the L1 distance takes T_min slots of at most v_max steps.
+        assert PAPER.max_voxel_steps * (row["min_slots"] - 1) < steps.sum() <= PAPER.max_voxel_steps * row["min_slots"]
+        assert path["rate_mbps"].iloc[0] == 0.0
+
+
+def test_the_load_of_a_uavs_cell_is_averaged_over_its_own_slots() -> None:
+    flights = fly(RandomPlayer(), PAPER, 3, seed=5, traced=3)
+    flown = flights.paths[flights.paths["slot"] > 0].groupby(["episode", "uav"])["cell_load"].mean()
+    np.testing.assert_allclose(flights.rows["mean_cell_load"], flown)
+
+
+def test_every_flying_uav_is_counted_once_by_cell_and_once_by_load() -> None:
+    flights = fly(RandomPlayer(), PAPER, 10, seed=5, traced=10)
+    by_gbs = flights.slots.filter(like="gbs_").sum(axis=1)
+    by_load = flights.slots.filter(like="load_").sum(axis=1)
+    flying = flights.paths[flights.paths["slot"] > 0].groupby("slot").size() / 10
+    np.testing.assert_allclose(by_gbs, flying)
+    np.testing.assert_allclose(by_load, flying)
+    assert flights.slots["load_4"].max() > 0

@@ -7,11 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 import torch as th
 
 from lawn_sb3.algos.iql import IQL
-from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.checkpoint import HasMemory
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
@@ -60,7 +61,7 @@ def test_a_cut_training_resumes_as_if_there_had_been_no_cut(tmp_path: Path, limi
     reports: list[int] = []
     run_cell(cut, reports.append)
     assert 0 < reports[0] < limit
-    for name in ("evaluation.csv", "progress.csv"):
+    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
         assert (cut.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
     for name, value in parameters(cut).items():
         assert th.equal(value, parameters(whole)[name]), name
@@ -71,7 +72,7 @@ def test_equal_cells_leave_equal_bytes(tmp_path: Path) -> None:
     twin = replace(cell, directory=tmp_path / "twin")
     for each in (cell, twin):
         run_cell(each, ignore)
-    for name in ("evaluation.csv", "progress.csv"):
+    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
         assert (cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
 
 
@@ -84,6 +85,11 @@ def test_a_finished_run_plays_as_it_was_evaluated(tmp_path: Path) -> None:
         for one in (cell, again)
     ]
     assert rows[0].equals(rows[1])
+    exploring = load_player(again, deterministic=False)
+    sampled = evaluate(exploring, again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed)
+    saved = pd.read_csv(cell.directory / SAMPLED_FILE)
+    assert (sampled["slots"] == saved["slots"]).all()
+    assert (sampled["reward"] != rows[0]["reward"]).any()
 
 
 def test_iql_has_the_memory_that_checkpoints_keep(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ import torch as th
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
-from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method, parse_method
@@ -77,7 +77,7 @@ def test_a_cut_training_resumes_as_if_there_had_been_no_cut(
     reports: list[int] = []
     run_cell(cell, reports.append)
     assert reports[0] == limit - 3
-    for name in ("evaluation.csv", "progress.csv"):
+    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
         assert (cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
     for name, value in parameters(cell).items():
         assert th.equal(value, parameters(whole)[name]), name

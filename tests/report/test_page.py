@@ -30,7 +30,7 @@ SOURCE = Path("runs/small.yaml")
 
 def rows(arrived: bool, utility_mbps: float) -> pd.DataFrame:
     """One episode of one UAV."""
-    values = (0, 0, 1.0, 30.0, 5, 5, arrived, utility_mbps, 0, 5)
+    values = (0, 0, 1.0, 30.0, 5, 5, arrived, utility_mbps, 0, 5, 1.0)
     return pd.DataFrame([values], columns=list(COLUMNS))
 
 

@@ -1,0 +1,164 @@
+"""Statistics over training seeds: values of a method and comparisons of two, each with a bootstrap interval.
+
+Scores are a matrix [S, E]: S training seeds of one method, E test missions. Every method and seed flies the same
+missions, so column m is the same mission everywhere. What is resampled are seeds, whole rows with all their missions:
+the E scores of one seed come from one trained player, so they are no independent samples of the method, and intervals
+that took them for such would be far too narrow. The missions themselves are held fixed; the intervals say how much
+another training would change, not other missions.
+
+The intervals are percentile bootstraps, which are too narrow for few seeds: with five normally distributed seeds a
+95 % interval holds the true mean in about five of six cases (a test measures it), and it never leaves the range of the
+seeds. Read them as a spread, not as a test. From one seed no spread can be known: both bounds are then NaN.
+
+Interquartile mean and probability of improvement are meant as in Agarwal et al., "Deep Reinforcement Learning at the
+Edge of the Statistical Precipice" (2021).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import bootstrap, trim_mean
+
+from lawn_sb3.errors import UserError
+
+RESAMPLES = 2_000
+"""Bootstrap resamples of an interval."""
+TRIMMED_SHARE = 0.25
+"""What an interquartile mean leaves out at each end."""
+_BATCH = 100
+"""Resamples computed together; bounds the memory of an interquartile mean, which copies every resampled score."""
+
+_Statistic = Callable[..., NDArray[np.float64]]
+"""From resampled seeds, one array of indices [..., S] a method, to values [...]."""
+
+
+class Interval(NamedTuple):
+    """A value and bounds around it, which say how far another draw of seeds may move it; NaN if unknown."""
+
+    value: float
+    low: float
+    high: float
+
+    def text(self, decimals: int = 2) -> str:
+        """Write the interval for a table.
+
+        :param decimals: digits after the point
+        :return: such as ``3.43 [3.41, 3.45]``, or the value alone if its bounds are unknown
+        """
+        value, low, high = (f"{number:z.{decimals}f}" for number in self)
+        return value if np.isnan([self.low, self.high]).any() else f"{value} [{low}, {high}]"
+
+
+def mean_interval(by_seed: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+    """Mean over seeds.
+
+    :param by_seed: one score a seed [S]
+    :param confidence: share of the resamples between the bounds, in (0, 1)
+    :param rng_seed: seed of the resampling; equal input gives equal bounds
+    :return: the mean in the unit of the scores; one seed gives NaN bounds
+    :raises UserError: if there is no score, or one that is not finite
+    """
+    scores = _checked(by_seed, "by_seed", "[S]")
+    return _interval(lambda drawn: np.mean(scores[drawn], axis=-1), [len(scores)], confidence, rng_seed)
+
+
+def interquartile_mean(scores: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+    """Mean of the middle half of all scores of all seeds: neither a few crashes nor a few strokes of luck move it.
+
+    :param scores: scores of a method [S, E]
+    :param confidence: share of the resamples between the bounds, in (0, 1)
+    :param rng_seed: seed of the resampling; equal input gives equal bounds
+    :return: the interquartile mean in the unit of the scores; one seed gives NaN bounds
+    :raises UserError: if there is no score, or one that is not finite
+    """
+    matrix = _checked(scores, "scores", "[S, E]")
+
+    def middle(drawn: NDArray[np.int64]) -> NDArray[np.float64]:
+        pooled = matrix[drawn].reshape(*drawn.shape[:-1], -1)  # [..., S * E]
+        return np.asarray(trim_mean(pooled, TRIMMED_SHARE, axis=-1))
+
+    return _interval(middle, [len(matrix)], confidence, rng_seed)
+
+
+def paired_difference(scores: ArrayLike, other: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+    """Mean of score minus other over the same missions, so that what makes a mission hard for both cancels.
+
+    :param scores: scores of a method [S1, E]
+    :param other: scores of the method it is compared with, on the same missions [S2, E]
+    :param confidence: share of the resamples between the bounds, in (0, 1)
+    :param rng_seed: seed of the resampling; equal input gives equal bounds
+    :return: the difference in the unit of the scores; NaN bounds if either method has one seed
+    :raises UserError: if the missions do not fit, there is no score, or one that is not finite
+    """
+    first, second = _checked_pair(scores, other)
+    pairs = first.mean(axis=1)[:, None] - second.mean(axis=1)  # [S1, S2]
+    return _over_pairs(pairs, confidence, rng_seed)
+
+
+def probability_of_improvement(
+    scores: ArrayLike, other: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0
+) -> Interval:
+    """P(X > Y) + P(X = Y) / 2: how often a seed of one beats a seed of the other on the same mission.
+
+    :param scores: scores X of a method, greater is better [S1, E]
+    :param other: scores Y of the method it is compared with, on the same missions [S2, E]
+    :param confidence: share of the resamples between the bounds, in (0, 1)
+    :param rng_seed: seed of the resampling; equal input gives equal bounds
+    :return: the probability, 1/2 for equal methods; NaN bounds if either method has one seed
+    :raises UserError: if the missions do not fit, there is no score, or one that is not finite
+    """
+    first, second = _checked_pair(scores, other)
+    wins = np.heaviside(first[:, None] - second, 0.5)  # [S1, S2, E]
+    return _over_pairs(wins.mean(axis=-1), confidence, rng_seed)
+
+
+def _over_pairs(pairs: NDArray[np.float64], confidence: float, rng_seed: int) -> Interval:
+    """Mean over all pairs of seeds [S1, S2], the seeds of the two methods resampled independently."""
+
+    def mean(first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.float64]:
+        return np.asarray(pairs[first[..., :, None], second[..., None, :]].mean(axis=(-2, -1)))
+
+    return _interval(mean, pairs.shape, confidence, rng_seed)
+
+
+def _interval(statistic: _Statistic, num_seeds: Sequence[int], confidence: float, rng_seed: int) -> Interval:
+    """Value of a statistic over all seeds, and its percentile bootstrap over resampled seeds."""
+    if not 0.0 < confidence < 1.0:
+        raise UserError(f"confidence = {confidence}: must lie between 0 and 1")
+    seeds = [np.arange(count) for count in num_seeds]
+    value = float(statistic(*seeds))
+    if min(num_seeds) < 2:
+        return Interval(value, float("nan"), float("nan"))
+    bounds = bootstrap(
+        seeds,
+        lambda *drawn, axis: statistic(*drawn),
+        n_resamples=RESAMPLES,
+        batch=_BATCH,
+        vectorized=True,
+        axis=-1,
+        confidence_level=confidence,
+        method="percentile",
+        rng=rng_seed,
+    ).confidence_interval
+    # Rounding can put a bound of equal seeds a hair beyond the value, and error bars must not be negative.
+    return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
+
+
+def _checked_pair(scores: ArrayLike, other: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    first, second = _checked(scores, "scores", "[S, E]"), _checked(other, "other", "[S, E]")
+    if first.shape[1] != second.shape[1]:
+        raise UserError(f"scores on {first.shape[1]} missions, other on {second.shape[1]}: both need the same missions")
+    return first, second
+
+
+def _checked(values: ArrayLike, name: str, shape: str) -> NDArray[np.float64]:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim != shape.count(",") + 1 or array.size == 0:
+        raise UserError(f"{name} has shape {array.shape}: must be {shape}, with at least one score")
+    if not np.isfinite(array).all():
+        raise UserError(f"{name} holds NaN or infinity: every score must be a finite number")
+    return array
