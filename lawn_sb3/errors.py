@@ -6,6 +6,7 @@ import difflib
 from collections.abc import Iterable
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 
 class UserError(ValueError):
@@ -35,19 +36,33 @@ def explain(error: ValidationError, model: type[BaseModel], where: str) -> UserE
     :param where: the file or preset that the values came from
     :return: the error: place, field, value given and what is allowed
     """
-    first = error.errors()[0]
-    path = ".".join(str(part) for part in first["loc"])
-    more = f" (and {error.error_count() - 1} more)" if error.error_count() > 1 else ""
+    errors = error.errors()
+    first = errors[0]
+    same = [other for other in errors if _one_of_several(first, other)]
+    loc = first["loc"][:-1] if len(same) > 1 else first["loc"]
+    path = ".".join(str(part) for part in loc)
+    more = f" (and {len(errors) - len(same)} more)" if len(errors) > len(same) else ""
     if first["type"] == "extra_forbidden":
         owner, key = _owner(model, first["loc"])
         return UserError(f"{where}: {unknown_name('key', key, owner, repr(path))}{more}")
-    message = first["msg"].removeprefix("Value error, ")
+    message = ", or ".join(dict.fromkeys(other["msg"].removeprefix("Value error, ") for other in same))
     if first["type"] == "missing":
         return UserError(f"{where}: {path} is missing{more}")
     if not path:
         return UserError(f"{where}: {message}{more}")
     given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
     return UserError(f"{where}: {path}{given}: {message}{more}")
+
+
+def _one_of_several(first: ErrorDetails, other: ErrorDetails) -> bool:
+    """Whether two complaints are about one value, which fits none of the types it may have.
+
+    Pydantic then names each type at the end of the place.
+    """
+    if first is other:
+        return True
+    same_place = len(first["loc"]) > 1 and first["loc"][:-1] == other["loc"][:-1] and first["loc"] != other["loc"]
+    return same_place and first["input"] is other["input"] and first["type"] not in ("extra_forbidden", "missing")
 
 
 def _owner(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[list[str], str]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 import yaml
@@ -109,8 +109,12 @@ class Scenario(BaseModel):
     fail_penalty: float = constant(5.0, "r_fail", "-", "inferred", "cost of a timeout: reward of Random", ge=0, le=1e6)
 
     # Readings: where the text leaves more than one way to play
-    rate_unit: Literal["lone-uav", "mbps"] = constant(
-        "lone-uav", "-", "-", "inferred", "unit of rates inside rewards: a lone UAV one voxel from its GBS, or Mbps"
+    rate_unit: Literal["lone-uav", "mbps"] | Annotated[float, Field(gt=0, le=1e9)] = constant(
+        "lone-uav",
+        "-",
+        "-",
+        "inferred",
+        "unit of rates inside rewards: a lone UAV one voxel from its GBS, or mbps, or a number of Mbps",
     )
     out_of_bounds: Literal["clip", "hover"] = constant(
         "clip", "-", "-", "inferred", "a move out of the airspace is clipped by coordinate, or refused (hover)"

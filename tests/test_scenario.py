@@ -207,6 +207,7 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "collision_penalty=-1": ("collision_penalty = -1", "greater than or equal to 0"),
     "fail_penalty=-5": ("fail_penalty = -5", "greater than or equal to 0"),
     "rate_unit=kbps": ("rate_unit = 'kbps'", "'lone-uav' or 'mbps'"),
+    "rate_unit=-2": ("rate_unit = -2", "greater than 0"),
     "out_of_bounds=bounce": ("out_of_bounds = 'bounce'", "'clip' or 'hover'"),
     "arrived_uav=parks": ("arrived_uav = 'parks'", "'leaves' or 'stays'"),
     "arrival=soon": ("arrival = 'soon'", "'slot-end' or 'fly-through'"),

@@ -17,6 +17,7 @@ from lawn_sb3.envs import Observer, make_vec_env
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.experiment.registry import find_algorithm, find_player, find_policy
+from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import Scenario
@@ -116,16 +117,29 @@ def load_player(cell: Cell, deterministic: bool = True) -> Player:
     """
     if cell.method.player is not None:
         return find_player(cell.method.player)
-    path = cell.directory / "model.zip"
     model = build_model(cell, device="cpu")
+    load_networks(model, cell.directory)
+    if hasattr(model, "exploration_final_eps"):  # where training left it
+        model.exploration_rate = model.exploration_final_eps  # type: ignore[attr-defined]
+    return ModelPlayer(model, cell.key, deterministic)
+
+
+def load_networks(model: BaseAlgorithm, directory: Path) -> None:
+    """Give a model the networks that a run left: ``model.zip``, or ``weights.npz`` where there is no such file.
+
+    :param model: a model of the run's method
+    :param directory: the run
+    :raises UserError: if the file is missing, damaged or another method's
+    """
+    path = directory / "model.zip"
+    if not path.exists() and (directory / WEIGHTS_FILE).exists():
+        load_weights(model, directory / WEIGHTS_FILE)
+        return
     try:
         _, parameters, _ = load_from_zip_file(path, device="cpu", load_data=False)
         model.set_parameters(parameters, device="cpu")
     except FileNotFoundError:
-        raise UserError(f"{str(path)!r} is missing: the run has not finished") from None
+        raise UserError(f"{str(path)!r} is missing: the run has not finished, or its model was not kept") from None
     except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
-    if hasattr(model, "exploration_final_eps"):  # where training left it
-        model.exploration_rate = model.exploration_final_eps  # type: ignore[attr-defined]
-    return ModelPlayer(model, cell.key, deterministic)

@@ -140,6 +140,9 @@ class Recipe(BaseModel):
     title: str = Field("", description="what the report calls it")
     scenario: str = Field("paper", description="a preset or a YAML file")
     set: tuple[str, ...] = Field((), description="changes to the scenario, key=value")
+    variants: dict[str, tuple[str, ...]] = Field(
+        {}, description="changed games: a name and further changes key=value; all methods are run on each"
+    )
     seeds: tuple[int, ...] = Field(min_length=1, description="one cell for each method and seed")
     evaluation: Evaluation = Evaluation()
     methods: dict[str, Method] = Field(min_length=1)
@@ -152,11 +155,23 @@ class Recipe(BaseModel):
         """
         return load_scenario(self.scenario, self.set)
 
+    def split(self) -> dict[str, Recipe]:
+        """One recipe for each changed game.
+
+        :return: variant: its recipe, which has no variants; a recipe without any is its own, under the empty name
+        """
+        if not self.variants:
+            return {"": self}
+        return {
+            name: self.model_copy(update={"set": (*self.set, *changes), "variants": {}})
+            for name, changes in self.variants.items()
+        }
+
     @model_validator(mode="after")
     def _check(self) -> Self:
         if len(set(self.seeds)) < len(self.seeds) or min(self.seeds) < 0:
             raise ValueError(f"seeds = {list(self.seeds)}: whole numbers from 0 up, none twice")
-        for key in (self.name, *self.methods):
+        for key in (self.name, *self.variants, *self.methods):
             if not key.replace("-", "").replace("_", "").isalnum():
                 raise ValueError(f"{key!r}: letters, digits, - and _ only, as it names a folder")
         return self
@@ -172,6 +187,7 @@ class Cell:
     :param scenario: the game
     :param evaluation: how it is scored
     :param directory: where its run goes
+    :param variant: the recipe's name for the changed game, if it has several
     """
 
     key: str
@@ -180,6 +196,12 @@ class Cell:
     scenario: Scenario
     evaluation: Evaluation
     directory: Path
+    variant: str = ""
+
+    @property
+    def title(self) -> str:
+        """What messages call it."""
+        return f"{self.variant + ' ' if self.variant else ''}{self.key} seed {self.seed}"
 
     def configuration(self) -> dict[str, Any]:
         """All that the run depends on, ready for YAML."""
@@ -242,7 +264,8 @@ def load_recipe(path: Path) -> Recipe:
         recipe = Recipe.model_validate(values)
     except ValidationError as error:
         raise explain(error, Recipe, str(path)) from None
-    recipe.game()
+    for variant in recipe.split().values():
+        variant.game()
     for method in recipe.methods.values():
         if method.policy is not None:
             find_policy(method.policy)
@@ -254,11 +277,12 @@ def cells(recipe: Recipe, root: Path) -> list[Cell]:
 
     :param recipe: the recipe
     :param root: the folder of its runs
-    :return: one cell for each method and seed
+    :return: one cell for each method, seed and variant
     """
-    scenario = recipe.game()
+    games = {name: variant.game() for name, variant in recipe.split().items()}
     return [
-        Cell(key, method, seed, scenario, recipe.evaluation, root / key / f"seed-{seed}")
+        Cell(key, method, seed, scenario, recipe.evaluation, root / variant / key / f"seed-{seed}", variant)
         for seed in recipe.seeds
+        for variant, scenario in games.items()
         for key, method in recipe.methods.items()
     ]

@@ -19,10 +19,11 @@ from lawn_sb3.algos.mappo import MAPPO
 from lawn_sb3.algos.qmix import QMIX
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
+from lawn_sb3.planning import ShortestPathPlayer
 
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO, "iql": IQL, "qmix": QMIX}
 DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic", "iql": "local_q", "qmix": "monotonic_mixer"}
-PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer}
+PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, "shortest-path": ShortestPathPlayer}
 
 REPOSITORY = Path(lawn_sb3.__file__).parents[1]
 

@@ -117,7 +117,7 @@ def _follow(
             cell = todo[index]
             if index not in tasks:
                 tasks[index] = bars.add_task(
-                    f"{cell.key} seed {cell.seed}", total=cell.method.env_steps, completed=env_steps
+                    cell.title, total=cell.method.env_steps, completed=env_steps
                 )
             done_steps[index] = min(env_steps, cell.method.env_steps)
             bars.update(tasks[index], completed=done_steps[index])
@@ -129,9 +129,9 @@ def _follow(
                 bars.remove_task(tasks.pop(index))
             error = future.exception()
             if error is None:
-                console.print(f"finished {cell.key} seed {cell.seed}")
+                console.print(f"finished {cell.title}", markup=False)
             else:
-                failures.append(f"{cell.key} seed {cell.seed}: {type(error).__name__}: {error}")
+                failures.append(f"{cell.title}: {type(error).__name__}: {error}")
                 console.print(f"failed {failures[-1]}", style="red", markup=False, soft_wrap=True)
         bars.update(total, completed=sum(done_steps.values()))
         if not console.is_terminal and bars.get_time() - last_line > QUIET_SECONDS:
@@ -172,5 +172,5 @@ def training_bar(cell: Cell, console: Console, hidden: bool = False) -> Iterator
     """
     th.set_num_threads(1)
     with _bars(console, hidden) as bars:
-        task = bars.add_task(f"{cell.key} seed {cell.seed}", total=cell.method.env_steps)
+        task = bars.add_task(cell.title, total=cell.method.env_steps)
         yield lambda env_steps: bars.update(task, completed=min(env_steps, cell.method.env_steps))

@@ -101,6 +101,8 @@ def rate_unit_mbps(scenario: Scenario) -> float:
     """
     if scenario.rate_unit == "mbps":
         return 1.0
+    if isinstance(scenario.rate_unit, float):
+        return scenario.rate_unit
     voxel_m = np.array(scenario.voxel_size_m)
     rate = rb_rate_mbps(voxel_m, scenario.snr_at_1m, scenario.path_loss_exponent, scenario.rb_bandwidth_hz)
     return achievable_rate_mbps(int(scenario.num_rbs.max()), float(rate))

@@ -2,9 +2,9 @@
 
 Scores are a matrix [S, E]: S training seeds of one method, E test missions. Every method and seed flies the same
 missions, so column m is the same mission everywhere. What is resampled are seeds, whole rows with all their missions:
-the E scores of one seed come from one trained player, so they are no independent samples of the method, and intervals
-that took them for such would be far too narrow. The missions themselves are held fixed; the intervals say how much
-another training would change, not other missions.
+the E scores of one seed come from one trained player, so they are no independent samples of the method, and an interval
+that took them for such would show the spread of missions, not of trainings. The missions themselves are held fixed; the
+intervals say how much another training would change, not other missions.
 
 The intervals are percentile bootstraps, which are too narrow for few seeds: with five normally distributed seeds a
 95 % interval holds the true mean in about five of six cases (a test measures it), and it never leaves the range of the

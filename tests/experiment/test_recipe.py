@@ -60,6 +60,23 @@ def test_a_recipe_is_named_after_its_file_and_has_one_cell_for_each_method_and_s
     assert made[3].directory == tmp_path / "mine" / "mappo" / "seed-1"
 
 
+def test_every_method_is_run_on_every_changed_game(tmp_path: Path) -> None:
+    content = {**GOOD, "set": ["num_uavs=2"], "variants": {"as-is": [], "loud": ["tx_power_dbm=30", "num_uavs=3"]}}
+    recipe = load_recipe(written(tmp_path, content))
+    todo = cells(recipe, tmp_path / "mine")
+    assert len(todo) == 2 * 2 * 2  # seeds, games, methods
+    loud = next(cell for cell in todo if cell.variant == "loud" and cell.key == "mappo")
+    assert loud.directory == tmp_path / "mine" / "loud" / "mappo" / "seed-0"
+    assert (loud.scenario.tx_power_dbm, loud.scenario.num_uavs) == (30.0, 3)  # the variant has the last word
+    assert {cell.scenario.num_uavs for cell in todo if cell.variant == "as-is"} == {2}
+    assert loud.title == "loud mappo seed 0"
+
+
+def test_an_impossible_changed_game_is_refused_before_anything_runs(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="rb_bandwidth_hz = -1"):
+        load_recipe(written(tmp_path, {**GOOD, "variants": {"odd": ["rb_bandwidth_hz=-1"]}}))
+
+
 def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
     assert load_recipe(written(tmp_path, GOOD)).methods["mappo"].policy == "centralized_critic"
 

@@ -122,3 +122,8 @@ def test_rate_unit_is_a_lone_uav_one_voxel_from_its_gbs() -> None:
 
 def test_rate_unit_can_be_one_mbps() -> None:
     assert rate_unit_mbps(PAPER.changed(rate_unit="mbps")) == 1.0
+
+
+def test_the_rate_unit_can_be_a_number_of_mbps() -> None:
+    assert rate_unit_mbps(PAPER.changed(rate_unit=27.5)) == 27.5
+    assert rate_unit_mbps(PAPER.changed(rate_unit="mbps")) == 1.0

@@ -1,0 +1,58 @@
+"""A trained model as plain arrays: what playing needs, in a file that holds no code."""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import torch as th
+from stable_baselines3.common.base_class import BaseAlgorithm
+
+from lawn_sb3.errors import UserError
+
+WEIGHTS_FILE = "weights.npz"
+MOST_BYTES = 1_000_000
+"""Weights that would take more than this in float32 are stored in float16: greedy play may then differ at near ties."""
+
+TARGET = "_target"
+
+
+def save_weights(model: BaseAlgorithm, path: Path) -> None:
+    """Write the networks of a model; target networks and optimisers stay behind.
+
+    :param model: the trained model
+    :param path: the file
+    """
+    arrays = {
+        name: value.detach().cpu().numpy() for name, value in model.policy.state_dict().items() if TARGET not in name
+    }
+    if sum(array.nbytes for array in arrays.values()) > MOST_BYTES:
+        arrays = {name: array.astype(np.float16) for name, array in arrays.items()}
+    part = path.with_name("part-" + path.name)
+    try:
+        np.savez_compressed(part, allow_pickle=False, **arrays)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def load_weights(model: BaseAlgorithm, path: Path) -> None:
+    """Give a model the networks that :func:`save_weights` wrote; target networks become copies of them.
+
+    :param model: a model of the same method
+    :param path: the file
+    :raises UserError: if the file is missing, damaged or another method's
+    """
+    try:
+        with np.load(path, allow_pickle=False) as stored:
+            arrays = {name: th.as_tensor(stored[name].astype(np.float32)) for name in stored.files}
+        own = model.policy.state_dict()
+        model.policy.load_state_dict({name: arrays[name.replace(TARGET, "")] for name in own})
+    except FileNotFoundError:
+        raise UserError(f"{str(path)!r} is missing") from None
+    except KeyError as error:
+        raise UserError(f"{str(path)!r} is not a whole model of this method: it lacks {error}") from None
+    except (zipfile.BadZipFile, ValueError, RuntimeError, EOFError, OSError, TypeError) as error:
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None

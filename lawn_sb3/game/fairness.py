@@ -1,0 +1,69 @@
+"""How evenly a quantity is spread over the UAVs of a game: Jain's index, the Gini coefficient, the Nash welfare.
+
+The welfare (eq:welfare) is blind to who gets what, and the paper leaves fairness to future work. These three look at
+the utilities, or any other quantity that is 0 or more, of the N UAVs of one game.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lawn_sb3.errors import UserError
+
+
+def jain_index(values: ArrayLike) -> NDArray[np.float64]:
+    """Jain's fairness index (sum x)^2 / (N sum x^2): k of N UAVs with equal parts, the others with nothing, give k/N.
+
+    :param values: a quantity of every UAV, 0 or more, in any unit [..., N]
+    :return: index from 1/N (one UAV has everything) to 1 (all equal) [...]; 1 if all have 0, since everybody gets the
+        same
+    :raises UserError: if a value is negative or not finite, or there is no UAV
+    """
+    parts = _relative(values)
+    total, squares = parts.sum(axis=-1), np.square(parts).sum(axis=-1)
+    index = np.divide(total**2, parts.shape[-1] * squares, out=np.ones_like(total), where=squares > 0)
+    return np.asarray(index)
+
+
+def gini(values: ArrayLike) -> NDArray[np.float64]:
+    """Gini coefficient: mean absolute difference of two UAVs, both drawn from all N, over twice the mean.
+
+    :param values: a quantity of every UAV, 0 or more, in any unit [..., N]
+    :return: coefficient from 0 (all equal) to (N - 1)/N (one UAV has everything) [...]; 0 if all have 0, since
+        everybody gets the same
+    :raises UserError: if a value is negative or not finite, or there is no UAV
+    """
+    parts = _relative(values)
+    total = parts.sum(axis=-1)
+    differences = np.abs(parts[..., :, None] - parts[..., None, :]).sum(axis=(-2, -1))
+    coefficient = np.divide(differences, 2 * parts.shape[-1] * total, out=np.zeros_like(total), where=total > 0)
+    return np.asarray(coefficient)
+
+
+def nash_welfare(values: ArrayLike) -> NDArray[np.float64]:
+    """Nash welfare: the geometric mean, which one UAV left with nothing brings down to 0.
+
+    :param values: a quantity of every UAV, 0 or more [..., N]
+    :return: geometric mean in the unit of the values [...]; 0 if any UAV has 0
+    :raises UserError: if a value is negative or not finite, or there is no UAV
+    """
+    with np.errstate(divide="ignore"):  # log 0 = -inf, and exp takes it back to 0
+        return np.asarray(np.exp(np.log(_checked(values)).mean(axis=-1)))
+
+
+def _relative(values: ArrayLike) -> NDArray[np.float64]:
+    """Values as parts of the largest of their game, so that no square leaves the range of a float."""
+    array = _checked(values)
+    largest = array.max(axis=-1, keepdims=True)
+    return np.asarray(np.divide(array, largest, out=np.zeros_like(array), where=largest > 0))
+
+
+def _checked(values: ArrayLike) -> NDArray[np.float64]:
+    array = np.asarray(values, dtype=np.float64)
+    if array.ndim == 0 or array.shape[-1] == 0:
+        raise UserError(f"values have shape {array.shape}: must be [..., N], with at least one UAV")
+    if not np.isfinite(array).all() or (array < 0).any():
+        wrong = array[~np.isfinite(array) | (array < 0)].flat[0]
+        raise UserError(f"values hold {wrong}: must be finite and 0 or more")
+    return array

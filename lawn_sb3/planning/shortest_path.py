@@ -1,0 +1,41 @@
+"""The shortest path: every UAV flies straight to its destination, whatever the cells are like."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.game.simulator import Simulator
+
+
+class ShortestPathPlayer:
+    """Every UAV picks uniformly at random among the moves after which it can still arrive after T_i^min slots.
+
+    It reads q_i and d_i alone: no rate, no cell load, nothing of the other UAVs.
+    """
+
+    name = "shortest-path"
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Keep the source of randomness.
+
+        :param simulator: the games
+        :param rng: source of the actions
+        """
+        self._rng = rng
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Draw the next actions.
+
+        :param simulator: the games
+        :return: indices into the action table [G, N]
+        """
+        state, rules = simulator.state, simulator.rules
+        ends = state.position[:, :, None] + rules.actions  # [G, N, A, 3]
+        inside = ((ends >= 0) & (ends < np.array(rules.grid))).all(axis=-1)
+        steps = np.abs(state.destination - state.position).sum(axis=-1)  # [G, N]
+        steps_after = np.abs(state.destination[:, :, None] - ends).sum(axis=-1)  # [G, N, A]
+        # eq:tmin from the end of the move on: one slot less than from here.
+        on_time = -(-steps_after // rules.max_voxel_steps) < -(-steps // rules.max_voxel_steps)[..., None]
+        draw = self._rng.random(on_time.shape)
+        return np.asarray(np.where(on_time & inside, draw, -1.0).argmax(axis=-1), dtype=np.int64)

@@ -1,0 +1,58 @@
+"""Reference results: whole, playable, without checkpoints."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import FLIGHT_FILES, RESULT_FILES, is_finished, run_cell
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.reference import export_runs
+from tests.experiment.test_cell import ignore
+
+
+@pytest.fixture
+def finished(small_cell: Cell) -> list[Cell]:
+    """Two seeds of one method; the second a copy of the first but for its marker."""
+    run_cell(small_cell, ignore)
+    second = replace(small_cell, seed=4, directory=small_cell.directory.with_name("seed-4"))
+    shutil.copytree(small_cell.directory, second.directory)
+    (second.directory / "finished").write_text(second.fingerprint())
+    return [small_cell, second]
+
+
+def test_rows_curves_and_one_models_weights_are_kept(finished: list[Cell], tmp_path: Path) -> None:
+    written = export_runs(finished, tmp_path, tmp_path / "reference")
+    first, second = (tmp_path / "reference" / cell.directory.relative_to(tmp_path) for cell in finished)
+    names = {"config.yaml", "finished", *RESULT_FILES}
+    assert {path.name for path in first.iterdir()} == names | {"weights.npz"}
+    assert {path.name for path in second.iterdir()} == names
+    assert written == sum(path.stat().st_size for folder in (first, second) for path in folder.iterdir())
+
+
+def test_the_kept_model_plays_as_its_run_was_evaluated(finished: list[Cell], tmp_path: Path) -> None:
+    export_runs(finished[:1], tmp_path, tmp_path / "reference")
+    kept = load_run(tmp_path / "reference" / finished[0].directory.relative_to(tmp_path))
+    assert is_finished(kept)
+    one, other = (evaluate(load_player(cell), cell.scenario, 5, 7) for cell in (kept, finished[0]))
+    assert one.equals(other)
+
+
+def test_of_changed_games_the_evaluations_alone_are_kept(finished: list[Cell], tmp_path: Path) -> None:
+    cell = replace(finished[0], variant="loud")
+    export_runs([cell], tmp_path, tmp_path / "reference")
+    folder = tmp_path / "reference" / cell.directory.relative_to(tmp_path)
+    assert {path.name for path in folder.iterdir()} == {"config.yaml", "finished", FLIGHT_FILES[0]}
+
+
+def test_a_run_that_is_not_finished_is_named_and_nothing_is_written(finished: list[Cell], tmp_path: Path) -> None:
+    (finished[1].directory / "finished").unlink()
+    with pytest.raises(UserError, match=r"seed-4'?: not finished"):
+        export_runs(finished, tmp_path, tmp_path / "reference")
+    assert not (tmp_path / "reference").exists()
