@@ -12,3 +12,6 @@ class CongestionBlindPolicy(CTDEPolicy):
         local = flat[:, self.layout.local].clone()
         local[:, self.layout.cell_loads] = 0.0
         return local
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        return flat

@@ -8,10 +8,14 @@ from torch import nn
 from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy
 from lawn_sb3.envs import make_vec_env
 from policies.centralized_critic import CentralizedCriticPolicy
+from policies.congestion_blind import CongestionBlindPolicy
+from policies.local_critic import LocalCriticPolicy
 from policies.state_critic import StateCriticPolicy
 from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, learner, small_env, some_observations
 
-POLICIES = [CentralizedCriticPolicy, StateCriticPolicy]
+POLICIES = [CentralizedCriticPolicy, StateCriticPolicy, LocalCriticPolicy, CongestionBlindPolicy]
+CRITIC_SEES_X = {CentralizedCriticPolicy, StateCriticPolicy, CongestionBlindPolicy}
+CRITIC_SEES_O = {CentralizedCriticPolicy, LocalCriticPolicy, CongestionBlindPolicy}
 CASES = [(policy, trained) for policy in POLICIES for trained in (False, True)]
 
 
@@ -52,11 +56,14 @@ def replaced(flat: np.ndarray, columns: slice) -> np.ndarray:
     return changed
 
 
-def test_the_global_state_never_changes_an_action_distribution_but_the_value(policy: CTDEPolicy) -> None:
+def test_the_global_state_never_changes_an_action_distribution_but_a_central_critics_value(policy: CTDEPolicy) -> None:
     flat = some_observations()
     other_state = replaced(flat, policy.layout.state)
     np.testing.assert_array_equal(probabilities(policy, other_state), probabilities(policy, flat))
-    assert (np.abs(values(policy, other_state) - values(policy, flat)) > 1e-4).all()
+    if type(policy) in CRITIC_SEES_X:
+        assert (np.abs(values(policy, other_state) - values(policy, flat)) > 1e-4).all()
+    else:
+        np.testing.assert_array_equal(values(policy, other_state), values(policy, flat))
 
 
 def test_no_single_number_of_the_global_state_reaches_the_actor(policy: CTDEPolicy) -> None:
@@ -65,14 +72,20 @@ def test_no_single_number_of_the_global_state_reaches_the_actor(policy: CTDEPoli
     distribution.logits[:, 0].sum().backward()
     assert flat.grad is not None
     assert (flat.grad[:, policy.layout.state] == 0.0).all()
-    assert (flat.grad[:, policy.layout.local] != 0.0).any(dim=0).all()
+    reached = (flat.grad[:, policy.layout.local] != 0.0).any(dim=0)
+    loads = th.zeros_like(reached)
+    loads[policy.layout.cell_loads] = True
+    hidden = loads if isinstance(policy, CongestionBlindPolicy) else th.zeros_like(reached)
+    assert th.equal(reached, ~hidden)
 
 
-def test_every_number_of_the_global_state_reaches_the_critic(policy: CTDEPolicy) -> None:
+def test_every_number_that_a_critic_is_to_see_reaches_it_and_no_other(policy: CTDEPolicy) -> None:
     flat = th.as_tensor(some_observations()).requires_grad_()
     policy.predict_values(flat).sum().backward()
     assert flat.grad is not None
-    assert (flat.grad[:, policy.layout.state] != 0.0).any(dim=0).all()
+    reached = (flat.grad != 0.0).any(dim=0)
+    assert (reached[policy.layout.state] == (type(policy) in CRITIC_SEES_X)).all()
+    assert (reached[policy.layout.local] == (type(policy) in CRITIC_SEES_O)).all()
 
 
 def test_the_local_observation_changes_the_action_distribution(policy: CTDEPolicy) -> None:
@@ -81,30 +94,21 @@ def test_the_local_observation_changes_the_action_distribution(policy: CTDEPolic
     assert (np.abs(probabilities(policy, elsewhere) - probabilities(policy, flat)).max(axis=1) > 1e-6).all()
 
 
-def test_only_the_centralized_critic_knows_whose_value_is_asked(policy: CTDEPolicy) -> None:
+def test_only_a_critic_that_sees_o_knows_whose_value_is_asked(policy: CTDEPolicy) -> None:
     flat = small_env(seed=0).reset()
     assert isinstance(flat, np.ndarray)
     by_game = values(policy, flat).reshape(NUM_GAMES, SMALL.num_uavs)
     spread = np.ptp(by_game, axis=1)
     assert np.ptp(by_game[:, 0]) > 1e-3  # different games, different values
-    if isinstance(policy, StateCriticPolicy):
+    if type(policy) not in CRITIC_SEES_O:
         np.testing.assert_allclose(spread, 0.0, atol=1e-6)
     else:
         assert (spread > 1e-4).all()
 
 
-def test_the_state_critic_ignores_the_local_observation_and_the_centralized_one_does_not(policy: CTDEPolicy) -> None:
-    flat = some_observations()
-    elsewhere = values(policy, replaced(flat, policy.layout.local))
-    if isinstance(policy, StateCriticPolicy):
-        np.testing.assert_array_equal(elsewhere, values(policy, flat))
-    else:
-        assert (np.abs(elsewhere - values(policy, flat)) > 1e-4).all()
-
-
 def test_actor_and_critic_have_two_hidden_layers_of_256_relu_units(policy: CTDEPolicy) -> None:
     layout = policy.layout
-    critic_dim = layout.state_dim if isinstance(policy, StateCriticPolicy) else layout.flat_dim
+    critic_dim = layout.state_dim * (type(policy) in CRITIC_SEES_X) + layout.local_dim * (type(policy) in CRITIC_SEES_O)
     for network, input_dim in (
         (policy.mlp_extractor.policy_net, layout.local_dim),
         (policy.mlp_extractor.value_net, critic_dim),
@@ -123,6 +127,17 @@ def test_actor_and_critic_share_no_parameter(policy: CTDEPolicy) -> None:
     touched = {name for name, parameter in policy.named_parameters() if parameter.grad is not None}
     assert touched
     assert all(name.startswith(("mlp_extractor.value_net", "value_net")) for name in touched)
+
+
+def test_the_blind_actor_is_blind_to_the_loads_alone() -> None:
+    policy = learner(CongestionBlindPolicy).policy
+    assert isinstance(policy, CTDEPolicy)
+    flat = some_observations()
+    np.testing.assert_array_equal(
+        probabilities(policy, replaced(flat, policy.layout.cell_loads)), probabilities(policy, flat)
+    )
+    rates = replaced(flat, policy.layout.ema_rate)
+    assert (np.abs(probabilities(policy, rates) - probabilities(policy, flat)).max(axis=1) > 1e-8).all()
 
 
 @pytest.mark.parametrize("policy_class", POLICIES)
