@@ -63,8 +63,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.possible_agents = [f"uav_{i}" for i in range(scenario.num_uavs)]
         self.agents: list[str] = []
         self.state_space = self.layout.state_space()
-        self._observation_spaces = {agent: self.layout.local_space() for agent in self.possible_agents}
-        self._action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
+        self.observation_spaces = {agent: self.layout.local_space() for agent in self.possible_agents}
+        self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Box:
         """Space of o_i.
@@ -72,7 +72,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         :param agent: name of the UAV
         :return: its observation space
         """
-        return self._observation_spaces[agent]
+        return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Discrete:
         """Space of the actions, indices into ``action_table``.
@@ -80,7 +80,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         :param agent: name of the UAV
         :return: its action space
         """
-        return self._action_spaces[agent]
+        return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
         """Start a game.

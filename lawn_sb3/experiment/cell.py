@@ -95,7 +95,16 @@ def write_rows(path: Path, rows: pd.DataFrame) -> None:
     :param path: the file
     :param rows: a table of :class:`lawn_sb3.experiment.evaluation.Flights`
     """
-    write_text(path, rows.to_csv(index=False, float_format="%.9g", lineterminator="\n"))
+    write_text(path, rows_as_text(rows))
+
+
+def rows_as_text(rows: pd.DataFrame) -> str:
+    """Raw rows as they are kept.
+
+    :param rows: a table of :class:`lawn_sb3.experiment.evaluation.Flights`
+    :return: CSV with nine digits
+    """
+    return rows.to_csv(index=False, float_format="%.9g", lineterminator="\n")
 
 
 def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, int]:

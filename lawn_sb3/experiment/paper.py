@@ -6,6 +6,33 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 
+class PaperConstant(NamedTuple):
+    """One value of the paper's Table I."""
+
+    printed: str
+    """As it is printed, with its unit."""
+    value: float
+    """In the unit of the scenario's field; of counts and grid sizes, the number itself."""
+
+
+TABLE_I = MappingProxyType(
+    {
+        "num_uavs": PaperConstant("4", 4),
+        "gbs_grid": PaperConstant("4", 4),
+        "width_voxels": PaperConstant("100", 100),
+        "length_voxels": PaperConstant("100", 100),
+        "max_altitude_m": PaperConstant("H = 30", 30),
+        "voxel_size_m": PaperConstant("10 m", 10.0),
+        "max_voxel_steps": PaperConstant("3", 3),
+        "max_slots": PaperConstant("100 slots", 100),
+        "rbs_per_gbs": PaperConstant("10", 10),
+        "rb_bandwidth_hz": PaperConstant("180 kHz", 180e3),
+        "path_loss_exponent": PaperConstant("2.0", 2.0),
+    }
+)
+"""tab:params, by the field of the scenario; M stands at the GBS grid, H, in voxels, at the ceiling."""
+
+
 class PaperRow(NamedTuple):
     """One row of the paper's Table II."""
 
@@ -24,3 +51,9 @@ TABLE_II = MappingProxyType(
     }
 )
 """tab:perf, by the name of its rows."""
+
+ROUNDING = PaperRow(0.005, 0.005, 0.05, 0.05)
+"""Half a unit of the last digit that tab:perf prints: how far a printed figure may lie from the computed one."""
+
+TEST_EPISODES = 200
+"""Episodes behind a row of tab:perf. "Averaged over five seeds" may mean 1,000; the fewer, the less is claimed."""

@@ -143,3 +143,22 @@ def load_networks(model: BaseAlgorithm, directory: Path) -> None:
     except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
+
+
+def trained_players(folder: Path) -> dict[str, Player]:
+    """The first whole trained player for each row of the paper's Table II.
+
+    :param folder: runs of a recipe, ``METHOD/seed-K`` each; of two methods for a row the last in alphabetical order
+        counts, which for the names in ``runs/paper.yaml`` is the paper's own critic
+    :return: greedy players by row
+    """
+    found: dict[str, Player] = {}
+    for method in sorted(path for path in folder.iterdir() if path.is_dir()):
+        for run in sorted(method.glob("seed-*")):
+            if not (run / "model.zip").exists() and not (run / WEIGHTS_FILE).exists():
+                continue
+            cell = load_run(run)
+            if cell.method.algo is not None and cell.method.paper_row is not None:
+                found[cell.method.paper_row] = load_player(cell)
+                break
+    return found

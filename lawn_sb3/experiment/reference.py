@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, RESULT_FILES, is_finished
+from lawn_sb3.experiment.cell import RESULT_FILES, is_finished
 from lawn_sb3.experiment.players import build_model, load_networks
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, save_weights
@@ -16,9 +16,7 @@ from lawn_sb3.experiment.weights import WEIGHTS_FILE, save_weights
 def export_runs(cells: Sequence[Cell], root: Path, folder: Path) -> int:
     """Copy finished runs: their rows, curves and provenance, and the weights of each method's first seed.
 
-    Of a recipe with several changed games only the evaluations are kept.
-
-    :param cells: the cells of the recipe
+    :param cells: the cells of a recipe without changed games
     :param root: the folder of its runs
     :param folder: where the copies go; runs that are there already are replaced
     :return: bytes written
@@ -33,11 +31,10 @@ def export_runs(cells: Sequence[Cell], root: Path, folder: Path) -> int:
         target = folder / cell.directory.relative_to(root)
         shutil.rmtree(target, ignore_errors=True)
         target.mkdir(parents=True)
-        kept = FLIGHT_FILES[:1] if cell.variant else RESULT_FILES
-        for name in ("config.yaml", "finished", *kept):
+        for name in ("config.yaml", "finished", *RESULT_FILES):
             if (cell.directory / name).exists():
                 shutil.copyfile(cell.directory / name, target / name)
-        if cell.method.algo is not None and not cell.variant and cell.key not in with_weights:
+        if cell.method.algo is not None and cell.key not in with_weights:
             with_weights.add(cell.key)
             model = build_model(cell, device="cpu")
             load_networks(model, cell.directory)

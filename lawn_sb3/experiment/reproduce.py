@@ -116,9 +116,7 @@ def _follow(
         for index, env_steps in _drain(events):
             cell = todo[index]
             if index not in tasks:
-                tasks[index] = bars.add_task(
-                    cell.title, total=cell.method.env_steps, completed=env_steps
-                )
+                tasks[index] = bars.add_task(cell.title, total=cell.method.env_steps, completed=env_steps)
             done_steps[index] = min(env_steps, cell.method.env_steps)
             bars.update(tasks[index], completed=done_steps[index])
         for future in finished:

@@ -23,6 +23,18 @@ LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
 """Ranges of the axes; rewards of the first rollouts can lie below."""
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
+CONVERGENCE_CAPTION = (
+    f"Top: missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and short "
+    "ones end often, so this row counts too few failures; it begins once the first mission can have failed. Bottom: "
+    "greedy play on missions apart from the test's, not smoothed; it has no such bias. Bands: 95 % bootstrap interval "
+    "of the mean over seeds. Dashed: players that do not learn. Diamonds: the paper's values after training. Rewards "
+    "below the axis are those of the first rollouts."
+)
+CDF_CAPTION = (
+    "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over seeds. "
+    "The paper shows this figure without numbers that could be marked here."
+)
+
 
 def smoothed(curves: pd.DataFrame, column: str, window: int) -> pd.DataFrame:
     """Rolling mean of a curve, seed by seed.

@@ -2,35 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import Literal
 
+import numpy as np
 import pandas as pd
-from pandas.api.types import is_numeric_dtype
+from numpy.typing import NDArray
 
+from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished
-from lawn_sb3.experiment.evaluation import COLUMNS, summarize
+from lawn_sb3.experiment.evaluation import summarize
 from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.report.run_files import read_evaluation, read_paths, read_progress, read_sampled, read_slots
 
 
 @dataclass
 class Results:
-    """All that tables and figures are made of.
+    """All that tables and figures are made of; every table has the columns ``method`` and ``seed`` in front.
 
     :param recipe: the recipe
-    :param episodes: raw rows of all evaluations, with the columns ``method`` and ``seed`` in front
-    :param curves: rows of all ``progress.csv``, with the columns ``method`` and ``seed`` in front
+    :param episodes: raw rows of all evaluations
+    :param curves: rows of all ``progress.csv``
     :param problems: one line for each file that could not be used
+    :param slots: rows of all ``slots.csv``
+    :param paths: rows of all ``paths.csv``
+    :param sampled: raw rows of all evaluations with sampled actions
     """
 
     recipe: Recipe
     episodes: pd.DataFrame = field(default_factory=pd.DataFrame)
     curves: pd.DataFrame = field(default_factory=pd.DataFrame)
     problems: list[str] = field(default_factory=list)
+    slots: pd.DataFrame = field(default_factory=pd.DataFrame)
+    paths: pd.DataFrame = field(default_factory=pd.DataFrame)
+    sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def methods(self) -> dict[str, Method]:
         """The methods that have results, in the recipe's order."""
-        present = set(self.episodes["method"]) if len(self.episodes) else set()
+        return self.methods_in(self.episodes)
+
+    def methods_in(self, rows: pd.DataFrame) -> dict[str, Method]:
+        """The methods that a table has rows of.
+
+        :param rows: one of the tables of these results
+        :return: the methods, in the recipe's order
+        """
+        present = set(rows["method"]) if len(rows) else set()
         return {key: method for key, method in self.recipe.methods.items() if key in present}
 
     def by_seed(self) -> pd.DataFrame:
@@ -44,6 +63,58 @@ class Results:
         ]
         return pd.DataFrame(rows)
 
+    def seeds(self, method: str) -> list[int]:
+        """The seeds of a method that have results.
+
+        :param method: its key in the recipe
+        :return: the seeds in ascending order; none if it has no results
+        """
+        rows = self.episodes
+        return sorted(rows.loc[rows["method"] == method, "seed"].unique().tolist()) if len(rows) else []
+
+    def extent(self, rows: pd.DataFrame) -> str:
+        """Over how much a mean of every method is taken.
+
+        :param rows: the table of these results that it is taken over
+        :return: such as ``200 test episodes of each of 5 seeds``
+        """
+        counts = rows.groupby("method")["seed"].nunique() if len(rows) else pd.Series([0])
+        seeds = " to ".join(map(str, sorted({int(counts.min()), int(counts.max())})))
+        return f"{self.recipe.evaluation.episodes} test episodes of each of {seeds} seed{'' if seeds == '1' else 's'}"
+
+    def scores(self, method: str, name: str, per: Literal["episode", "uav"] = "episode") -> NDArray[np.float64]:
+        """The values of one column of the evaluations, ready for statistics.
+
+        :param method: its key in the recipe
+        :param name: the column, such as ``reward``
+        :param per: ``episode`` averages over the UAVs of an episode
+        :return: values [S, E], or [S, E, N] per UAV: seeds, episodes and UAVs in ascending order
+        :raises UserError: if the method has no results, or there is no such column
+        """
+        return score_matrix(self.episodes, method, name, per)
+
+
+def score_matrix(
+    rows: pd.DataFrame, method: str, name: str, per: Literal["episode", "uav"] = "episode"
+) -> NDArray[np.float64]:
+    """The values of one column of some evaluations, as :meth:`Results.scores` gives them.
+
+    :param rows: raw rows with the columns ``method`` and ``seed``
+    :param method: its key in the recipe
+    :param name: the column
+    :param per: ``episode`` averages over the UAVs of an episode
+    :return: values [S, E], or [S, E, N] per UAV
+    :raises UserError: if the rows lack the method or the column
+    """
+    if not len(rows) or method not in set(rows["method"]):
+        raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    if name not in rows:
+        raise unknown_name("column", name, rows.columns)
+    own = rows[rows["method"] == method].sort_values(["seed", "episode", "uav"])
+    shape = [own[column].nunique() for column in ("seed", "episode", "uav")]
+    values = own[name].to_numpy(dtype=np.float64).reshape(shape)
+    return values if per == "uav" else values.mean(axis=-1)
+
 
 def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
     """Read the runs of a recipe.
@@ -53,52 +124,41 @@ def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
     :return: what could be read, and what could not
     """
     results = Results(recipe)
-    episodes, curves = [], []
+    parts: dict[str, list[pd.DataFrame]] = {"episodes": [], "curves": [], "slots": [], "paths": [], "sampled": []}
     for cell in cells:
-        name = f"{cell.key} seed {cell.seed}"
         if not (cell.directory / "config.yaml").exists():
-            results.problems.append(f"{name}: no run yet")
+            results.problems.append(f"{cell.title}: no run yet")
             continue
         if not is_finished(cell):
-            results.problems.append(f"{name}: not finished, or made with another configuration")
+            results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        rows = _read(cell, "evaluation.csv", COLUMNS, results.problems)
-        if rows is None:
-            continue
-        if rows["arrived"].dtype != bool or not all(map(is_numeric_dtype, rows.dtypes)):
-            results.problems.append(f"{name}: evaluation.csv holds values that are no numbers")
-            continue
-        expected = cell.evaluation.episodes * cell.scenario.num_uavs
-        if len(rows) != expected or rows.isna().to_numpy().any():
-            results.problems.append(f"{name}: evaluation.csv is cut off: {len(rows)} of {expected} rows")
-            continue
-        episodes.append(_labelled(rows, cell))
-        if cell.method.algo is not None:
-            curve = _read(cell, "progress.csv", ("time/env_steps",), results.problems)
-            if curve is not None:
-                curves.append(_labelled(curve, cell))
-    if episodes:
-        results.episodes = pd.concat(episodes, ignore_index=True)
-    if curves:
-        results.curves = pd.concat(curves, ignore_index=True)
+        for table, rows in _read_run(cell, results.problems).items():
+            labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
+            parts[table].append(pd.concat([labels, rows], axis=1))
+    for table, frames in parts.items():
+        if frames:
+            setattr(results, table, pd.concat(frames, ignore_index=True))
     return results
 
 
-def _labelled(rows: pd.DataFrame, cell: Cell) -> pd.DataFrame:
-    labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
-    return pd.concat([labels, rows], axis=1)
+def _read_run(cell: Cell, problems: list[str]) -> dict[str, pd.DataFrame]:
+    """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
+    tables: dict[str, pd.DataFrame] = {}
 
+    def keep(table: str, read: Callable[[], pd.DataFrame]) -> None:
+        try:
+            tables[table] = read()
+        except UserError as error:
+            problems.append(f"{cell.title}: {error}")
 
-def _read(cell: Cell, name: str, columns: tuple[str, ...], problems: list[str]) -> pd.DataFrame | None:
-    """Read a CSV file of a run; on failure add a line to the problems."""
-    path = cell.directory / name
-    try:
-        rows = pd.read_csv(path)
-    except (OSError, ValueError) as error:  # pandas' parser errors are ValueErrors
-        problems.append(f"{cell.key} seed {cell.seed}: {name} cannot be read: {str(error).splitlines()[0]}")
-        return None
-    missing = [column for column in columns if column not in rows]
-    if missing:
-        problems.append(f"{cell.key} seed {cell.seed}: {name} lacks the columns {', '.join(missing)}")
-        return None
-    return rows
+    keep("episodes", lambda: read_evaluation(cell))
+    if "episodes" not in tables:
+        return {}
+    evaluation = tables["episodes"]
+    keep("slots", lambda: read_slots(cell, evaluation))
+    keep("paths", lambda: read_paths(cell, evaluation))
+    if cell.method.algo is not None:
+        keep("curves", lambda: read_progress(cell))
+        if cell.evaluation.deterministic:
+            keep("sampled", lambda: read_sampled(cell, evaluation))
+    return tables

@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import matplotlib as mpl
 import seaborn as sns
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 OKABE_ITO = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
-KNOWN = {"random": "#7F7F7F", "mappo": "#0072B2", "mappo-state": "#56B4E9", "qmix": "#009E73", "iql": "#D55E00"}
+KNOWN = {
+    "random": "#7F7F7F",
+    "shortest-path": "#333333",
+    "iql": "#D55E00",
+    "qmix": "#009E73",
+    "mappo": "#0072B2",
+    "mappo-state": "#56B4E9",
+    "mappo-local": "#CC79A7",
+    "mappo-blind": "#E69F00",
+}
+MOST_PANELS_A_ROW = 4
 
 
 def colours(methods: Iterable[str]) -> dict[str, str]:
@@ -41,3 +55,59 @@ def save(figure: Figure, folder: Path, name: str) -> None:
     """
     figure.savefig(folder / f"{name}.png", metadata={"Software": None})
     figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None, "Producer": None, "Creator": None})
+
+
+def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:
+    """Head a panel with the name of its method beside a mark in the method's colour.
+
+    :param ax: the panel
+    :param label: what tables call the method
+    :param colour: its colour
+    :param height: where, as a share of the panel's height
+    """
+    mark = Patch(facecolor=colour, label=label)
+    # A legend, since a title has but one colour, and pale ones are hard to read.
+    place = (0.5, height)
+    ax.legend(
+        handles=[mark], loc="lower center", bbox_to_anchor=place, borderaxespad=0.1, handlelength=1, frameon=False
+    )
+
+
+def panels(figure: Figure, count: int, width: float, height: float, xlabel: str, ylabel: str) -> list[Axes]:
+    """Lay out small multiples with shared axes, rows as even as can be, and set the figure's size.
+
+    :param figure: an empty figure
+    :param count: number of panels
+    :param width: of a panel, in inches
+    :param height: of a panel, in inches
+    :param xlabel: what the x-axes show
+    :param ylabel: what the y-axes show
+    :return: the panels, row by row; only the outer ones carry labels
+    """
+    rows = math.ceil(count / MOST_PANELS_A_ROW)
+    columns = math.ceil(count / rows)
+    figure.set_size_inches(1.0 + width * columns, 0.5 + height * rows)
+    axes: list[Axes] = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel().tolist()
+    for ax in axes[count:]:
+        ax.remove()
+    for k, ax in enumerate(axes[:count]):
+        if k + columns >= count:
+            ax.tick_params(labelbottom=True)
+            ax.set_xlabel(xlabel)
+        if k % columns == 0:
+            ax.set_ylabel(ylabel)
+    return axes[:count]
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], column_inches: float) -> None:
+    """Put a legend below all panels, in as many columns as fit, and make the figure taller by its rows.
+
+    :param figure: the figure, its size set
+    :param handles: what the legend explains, labelled
+    :param column_inches: width of the longest entry
+    """
+    width, height = figure.get_size_inches()
+    columns = min(len(handles), max(int(width // column_inches), 1))
+    rows = math.ceil(len(handles) / columns)
+    figure.set_size_inches(width, height + 0.2 + 0.2 * rows)
+    figure.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False, borderaxespad=0.0)

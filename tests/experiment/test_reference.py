@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, RESULT_FILES, is_finished, run_cell
+from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell
@@ -42,13 +42,6 @@ def test_the_kept_model_plays_as_its_run_was_evaluated(finished: list[Cell], tmp
     assert is_finished(kept)
     one, other = (evaluate(load_player(cell), cell.scenario, 5, 7) for cell in (kept, finished[0]))
     assert one.equals(other)
-
-
-def test_of_changed_games_the_evaluations_alone_are_kept(finished: list[Cell], tmp_path: Path) -> None:
-    cell = replace(finished[0], variant="loud")
-    export_runs([cell], tmp_path, tmp_path / "reference")
-    folder = tmp_path / "reference" / cell.directory.relative_to(tmp_path)
-    assert {path.name for path in folder.iterdir()} == {"config.yaml", "finished", FLIGHT_FILES[0]}
 
 
 def test_a_run_that_is_not_finished_is_named_and_nothing_is_written(finished: list[Cell], tmp_path: Path) -> None:

@@ -1,0 +1,32 @@
+"""The commands together, and what each kind of failure ends in."""
+
+from __future__ import annotations
+
+import typer
+
+from lawn_sb3.cli import models, recipes, tools
+from lawn_sb3.cli.console import fail
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.reproduce import FailedRunsError
+
+app = typer.Typer(
+    help="Train, evaluate and reproduce: game-theoretic trajectory planning of UAV swarms, with Stable-Baselines3.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+)
+for group in (models.app, recipes.app, tools.app):
+    app.registered_commands += group.registered_commands
+
+
+def run() -> None:
+    """Run the command that the arguments name."""
+    try:
+        app()
+    except UserError as error:
+        fail(str(error), 2)
+    except FailedRunsError as error:
+        fail(f"{error}; finished runs are kept, the same command resumes the others", 1)
+    except OSError as error:
+        fail(f"{error.strerror or error}: {error.filename or 'a file'}; what is finished is kept", 1)

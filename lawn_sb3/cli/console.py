@@ -1,0 +1,95 @@
+"""What all commands share: options, how figures and tables are printed, and how a command ends."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
+
+import pandas as pd
+import typer
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from lawn_sb3.scenario import PRESETS
+
+messages = Console(stderr=True)
+
+LONGEST_FIGURE = 40
+"""Characters of a cell; a column with longer ones holds sentences."""
+
+PAPER_RECIPE = Path("runs/paper.yaml")
+ScenarioName = Annotated[str, typer.Option(help=f"{', '.join(PRESETS)}, or the path of a YAML file")]
+Changes = Annotated[list[str], typer.Option("--set", help="change a constant of the scenario: key=value; repeatable")]
+AsJson = Annotated[bool, typer.Option("--json", help="print one JSON object on standard output and nothing else")]
+RecipePath = Annotated[Path, typer.Argument(help="the recipe")]
+
+
+def say(text: str, style: str | None = None) -> None:
+    """Tell the user something, beside the results on standard output.
+
+    :param text: one line, shown as it is
+    :param style: a style of Rich
+    """
+    messages.print(text, style=style, markup=False, highlight=False, soft_wrap=True)
+
+
+def wide_console() -> Console:
+    """Standard output, wide enough for a whole table where there is no terminal to fit."""
+    return Console(width=None if sys.stdout.isatty() else 190)
+
+
+def print_table(shown: pd.DataFrame, title: str) -> None:
+    """Print a table of texts.
+
+    :param shown: cells and headings
+    :param title: what it shows
+    """
+    table = Table(title=title)
+    for number, heading in enumerate(shown.columns):
+        is_text = number == 0 or shown[heading].astype(str).str.len().max() > LONGEST_FIGURE
+        table.add_column(str(heading), justify="left" if is_text else "right")
+    for row in shown.itertuples(index=False):
+        table.add_row(*(escape(str(cell)) for cell in row))
+    wide_console().print(table)
+
+
+def print_figures(figures: dict[str, Any], as_json: bool, title: str) -> None:
+    """Print named figures.
+
+    :param figures: names and values
+    :param as_json: one JSON object instead of a table
+    :param title: what the table shows
+    """
+    if as_json:
+        print(json.dumps(figures))
+        return
+    table = Table(title=title)
+    table.add_column("figure")
+    table.add_column("value", justify="right")
+    for key, value in figures.items():
+        table.add_row(key, f"{value:,.3f}" if isinstance(value, float) else str(value))
+    Console().print(table)
+
+
+@contextmanager
+def interruptible() -> Iterator[None]:
+    """Long work that keeps what it has when it is interrupted."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        fail("interrupted; finished runs and checkpoints are kept, the same command goes on from there", 130)
+
+
+def fail(message: str, status: int) -> NoReturn:
+    """End the command.
+
+    :param message: one line
+    :param status: exit status
+    """
+    say(f"lawn-sb3: {message}", "red")
+    sys.exit(status)

@@ -1,0 +1,156 @@
+"""Commands about one model: train, evaluate, verify."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from lawn_sb3.cli.console import (
+    PAPER_RECIPE,
+    AsJson,
+    Changes,
+    ScenarioName,
+    interruptible,
+    messages,
+    print_figures,
+    say,
+)
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import is_finished, run_cell, write_rows
+from lawn_sb3.experiment.evaluation import evaluate, summarize
+from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
+from lawn_sb3.experiment.reproduce import FailedRunsError, training_bar
+from lawn_sb3.experiment.verification import verify_run
+from lawn_sb3.scenario import Scenario, load_scenario, parse_overrides, parse_scenario
+
+app = typer.Typer()
+
+
+@app.command()
+def train(
+    out: Annotated[Path, typer.Option(help="run directory to write; a cut training in it is resumed")],
+    algo: Annotated[str, typer.Option(help=f"algorithm: {', '.join(ALGORITHMS)}")] = "mappo",
+    policy: Annotated[
+        str | None, typer.Option(help="NAME of policies/NAME.py, or package.module:Class; default: the algorithm's own")
+    ] = None,
+    scenario: ScenarioName = "paper",
+    changes: Changes = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(min=0, help="seed of everything random in training")] = 0,
+    env_steps: Annotated[int, typer.Option(min=1, help="budget: joint slots of one game")] = 150_000,
+    num_games: Annotated[
+        int | None, typer.Option(min=1, help="games played side by side; default: as in runs/paper.yaml")
+    ] = None,
+    hyperparams: Annotated[
+        list[str], typer.Option("--hyperparams", "-params", help="setting of the algorithm: key=value; repeatable")
+    ] = [],  # noqa: B006
+    device: Annotated[str, typer.Option(help="torch device: cpu, cuda, auto")] = "cpu",
+    progress: Annotated[bool, typer.Option("--progress/--no-progress", "-P", help="show a progress bar")] = True,
+) -> None:
+    """Train one model and evaluate it on 200 episodes.
+
+    Settings that --hyperparams does not name are those of runs/paper.yaml for the same algorithm and policy.
+    """
+    chosen = policy or DEFAULT_POLICIES.get(algo)
+    known = _paper_method(algo, chosen)
+    settings = {**(known.settings if known else {}), **parse_overrides(hyperparams, "--hyperparams"), "device": device}
+    values = {
+        "label": out.resolve().name,
+        "algo": algo,
+        "policy": chosen,
+        "env_steps": env_steps,
+        "num_games": num_games or (known.num_games if known else 64),
+        "settings": settings,
+    }
+    cell = Cell(out.resolve().name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if is_finished(cell):
+        say(f"{out} holds this run already, finished")
+        return
+    if (out / "finished").exists():
+        raise UserError(
+            f"--out {str(out)!r} holds a finished run with other settings: choose another folder or delete it"
+        )
+    build_model(cell)  # an algorithm that refuses its settings is found before anything is written
+    with interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
+        try:
+            run_cell(cell, advance)
+        except (ArithmeticError, AssertionError, RuntimeError, TypeError, ValueError) as error:
+            reason = str(error).splitlines()[0] if str(error) else "no reason given"
+            raise FailedRunsError(f"training in {str(out)!r} failed: {type(error).__name__}: {reason}") from error
+    say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
+
+
+def _paper_method(algo: str, policy: str | None) -> Method | None:
+    """The paper's recipe for an algorithm, with the same policy if it has that one."""
+    recipe = load_recipe(REPOSITORY / PAPER_RECIPE)
+    same = [method for method in recipe.methods.values() if method.algo == algo]
+    exact = [method for method in same if method.policy == policy]
+    return next(iter(exact or same), None)
+
+
+@app.command("evaluate")
+def evaluate_command(
+    run: Annotated[Path | None, typer.Option(help="run directory of a trained model")] = None,
+    player: Annotated[str | None, typer.Option(help=f"player that needs no training: {', '.join(PLAYERS)}")] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="preset or YAML file; default: the run's own, or paper for a player")
+    ] = None,
+    changes: Changes = [],  # noqa: B006
+    episodes: Annotated[int, typer.Option(min=1, help="joint episodes")] = 200,
+    seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
+    sample: Annotated[bool, typer.Option("--sample", help="sample actions instead of taking the likeliest")] = False,
+    rows_file: Annotated[
+        Path | None, typer.Option("--rows", help="also write the raw rows, one an episode and UAV")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Let a player fly some joint episodes and print the means: rates in Mbps, times in slots."""
+    if (run is None) == (player is None):
+        raise UserError("name either --run DIR or --player NAME")
+    if run is not None:
+        cell = load_run(run)
+        own = cell.scenario if scenario is None else load_scenario(scenario)
+        changed = {**own.model_dump(), **parse_overrides(changes)}
+        game = parse_scenario(changed, where=f"scenario {own.name!r}") if changes else own
+        if (game.num_uavs, game.num_gbs, game.max_voxel_steps) != (
+            cell.scenario.num_uavs,
+            cell.scenario.num_gbs,
+            cell.scenario.max_voxel_steps,
+        ):
+            raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
+        if not is_finished(cell):
+            raise UserError(f"{str(run)!r} is not finished, or its policy file has changed since")
+        chosen, name, player_seed = load_player(cell, deterministic=not sample), cell.key, cell.seed
+    else:
+        assert player is not None
+        game = load_scenario(scenario or "paper", changes)
+        chosen, name, player_seed = find_player(player), player, 0
+    rows = evaluate(chosen, game, episodes, seed, player_seed)
+    if rows_file is not None:
+        write_rows(rows_file, rows)
+    summary = summarize(rows)
+    figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
+    print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes")
+
+
+def _sizes(scenario: Scenario) -> str:
+    return f"{scenario.num_uavs} UAVs, {scenario.num_gbs} GBSs, v_max {scenario.max_voxel_steps}"
+
+
+@app.command()
+def verify(
+    run: Annotated[Path, typer.Argument(help="run directory of a trained model")],
+    as_json: AsJson = False,
+) -> None:
+    """Fly a run's test missions again and compare with the rows it left; exit status 1 if any differs."""
+    found = verify_run(run)
+    print_figures(found._asdict(), as_json, f"{run}, flown again")
+    if found.rows_that_differ:
+        raise FailedRunsError(
+            f"{found.rows_that_differ} of {found.rows} rows of {str(run / 'evaluation.csv')!r} come out otherwise"
+        )

@@ -1,0 +1,154 @@
+"""Commands about whole recipes: reproduce, report, export, tune."""
+
+from __future__ import annotations
+
+import shutil
+from contextlib import suppress
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+
+from lawn_sb3.cli.console import PAPER_RECIPE, RecipePath, interruptible, messages, print_table, say, wide_console
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.players import build_model
+from lawn_sb3.experiment.recipe import Recipe, cells, load_recipe
+from lawn_sb3.experiment.reference import export_runs
+from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
+from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.report.against_reference import against_reference
+from lawn_sb3.report.document import write_report
+from lawn_sb3.report.page import build_report
+from lawn_sb3.report.results import Results, read_results
+from lawn_sb3.report.sensitivity import build_sensitivity
+
+app = typer.Typer()
+
+
+@app.command()
+def reproduce(
+    recipe_path: RecipePath = PAPER_RECIPE,
+    jobs: Annotated[int, typer.Option(min=1, help="runs side by side, one core each")] = 2,
+) -> None:
+    """Run what a recipe lacks, write its report, and compare with the reference results.
+
+    Finished runs are kept, cut ones are resumed, those made with other settings are made anew.
+    """
+    recipe = load_recipe(recipe_path)
+    runs = recipe_path.parent / recipe.name
+    todo = cells(recipe, runs)
+    for cell in {(cell.variant, cell.key): cell for cell in todo}.values():
+        if cell.method.algo is not None:
+            build_model(cell)  # an algorithm that refuses its settings is found before anything runs
+    with interruptible():
+        try:
+            run_cells(todo, jobs, messages)
+        except FailedRunsError:
+            with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
+                _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+            raise
+        results = _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+    if results is not None:
+        _compare(results, _reference(recipe_path, recipe), runs / "report")
+
+
+@app.command("report")
+def report_command(
+    recipe_path: RecipePath = PAPER_RECIPE,
+    runs: Annotated[
+        Path | None, typer.Option(help="where the runs are, such as runs/reference/paper; default: runs/NAME")
+    ] = None,
+) -> None:
+    """Rebuild tables, figures and verdicts from what the runs of a recipe left; nothing is trained."""
+    recipe = load_recipe(recipe_path)
+    chosen = runs or recipe_path.parent / recipe.name
+    reference = _reference(recipe_path, recipe)
+    if not chosen.is_dir():
+        hint = (
+            f"; the reference results are in {str(reference)!r}: add --runs {reference}" if reference.is_dir() else ""
+        )
+        raise UserError(f"--runs {str(chosen)!r} is no folder{hint}")
+    command = f"lawn-sb3 report {recipe_path.as_posix()}" + (f" --runs {runs.as_posix()}" if runs else "")
+    _report(recipe, chosen, command)
+
+
+@app.command()
+def export(
+    recipe_path: RecipePath = PAPER_RECIPE,
+    to: Annotated[Path | None, typer.Option(help="folder to write; default: runs/reference/NAME")] = None,
+) -> None:
+    """Keep finished runs as reference results: rows, curves, provenance, and the weights of one model a method.
+
+    Of a recipe with changed games the report alone is kept.
+    """
+    recipe = load_recipe(recipe_path)
+    runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
+    if folder.resolve() == runs.resolve():
+        raise UserError(f"--to {str(folder)!r} is where the runs are")
+    shutil.rmtree(folder / "report", ignore_errors=True)
+    if recipe.variants:  # too many runs to keep
+        _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+        shutil.copytree(runs / "report", folder / "report")
+        return
+    written = export_runs(cells(recipe, runs), runs, folder)
+    _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
+    say(f"{written / 1e6:.1f} MB of runs in {folder}")
+
+
+def _reference(recipe_path: Path, recipe: Recipe) -> Path:
+    return recipe_path.parent / "reference" / recipe.name
+
+
+def _report(recipe: Recipe, runs: Path, command: str) -> Results | None:
+    """Build, write and announce the report; returns what it was made of, if the recipe has but one game."""
+    results = None
+    if recipe.variants:
+        report = build_sensitivity(recipe, runs, command)
+        main, shows = "ranking_reward", "J̄ by changed game"
+    else:
+        report, results = build_report(recipe, cells(recipe, runs), command)
+        main, shows = "table2", "Table II; the paper's values in parentheses"
+    write_report(report, runs / "report")
+    print_table(report.tables[main].shown, f"{recipe.title or recipe.name}: {shows}")
+    for text in report.summary:
+        say(text)
+    for problem in report.problems:
+        say(f"not in the report: {problem}", "yellow")
+    say(f"report: {runs / 'report' / 'README.md'}")
+    return results
+
+
+def _compare(results: Results, folder: Path, target: Path) -> None:
+    """Hold a new run against the reference, where there is one."""
+    if not folder.is_dir():
+        say("no reference results to compare with")
+        return
+    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder)))
+    if not len(table.shown):
+        say(f"the reference results in {folder} are of other methods or settings: nothing to compare with")
+        return
+    table.save(target, "against_reference")
+    print_table(table.shown, f"This run against the reference results in {folder}")
+
+
+@app.command()
+def tune(
+    search_path: Annotated[Path, typer.Argument(help="what to search")] = Path("runs/tuning.yaml"),
+    jobs: Annotated[int, typer.Option(min=1, help="trainings side by side, one core each")] = 2,
+    show: Annotated[bool, typer.Option("--show", help="run nothing, only show the trials so far")] = False,
+) -> None:
+    """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
+    search, methods = load_search(search_path)
+    folder = search_path.with_suffix("")
+    with interruptible():
+        if not show:
+            run_search(search, methods, folder, jobs, messages)
+    table = Table(title=f"trials: mean greedy reward J after {search.env_steps:,} env steps")
+    for heading in ("method", "rank", "J", "settings"):
+        table.add_column(heading)
+    for method, rank, reward, settings in ranked_trials(search, folder).itertuples(index=False):
+        table.add_row(
+            method, str(rank), f"{reward:.3f}", ", ".join(f"{key} {value}" for key, value in settings.items())
+        )
+    wide_console().print(table)

@@ -1,0 +1,85 @@
+"""Commands about the game, the paper and the machine: scenario, identify, bench."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import pandas as pd
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, say
+from lawn_sb3.experiment.benchmark import benchmark
+from lawn_sb3.experiment.identification import as_markdown, identify
+from lawn_sb3.experiment.players import trained_players
+from lawn_sb3.experiment.provenance import write_json, write_text
+from lawn_sb3.experiment.recipe import load_recipe
+from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
+
+app = typer.Typer()
+
+
+@app.command()
+def bench(as_json: AsJson = False) -> None:
+    """Measure the speed of simulator, vector environment and training, on one core."""
+    recipe = load_recipe(REPOSITORY / PAPER_RECIPE)
+    method = next(method for method in recipe.methods.values() if method.algo == "mappo")
+    figures = benchmark(method, lambda text: say(f"measuring: {text}"))
+    print_figures(figures, as_json, "speed on one core")
+
+
+@app.command("scenario")
+def scenario_command(
+    name: Annotated[str, typer.Argument(help=f"{', '.join(PRESETS)}, or the path of a YAML file")] = "paper",
+    changes: Changes = [],  # noqa: B006
+    as_yaml: Annotated[bool, typer.Option("--yaml", help="print YAML that --scenario FILE.yaml reads")] = False,
+) -> None:
+    """Show every constant of a scenario: symbol, value, unit, and where the value comes from."""
+    chosen = load_scenario(name, changes)
+    if as_yaml:
+        print(chosen.to_yaml(), end="")
+        return
+    table = Table(title=f"scenario {chosen.name}")
+    for heading in ("constant", "symbol", "value", "unit", "source", "what it is"):
+        table.add_column(heading, no_wrap=heading == "constant")
+    for key, field in Scenario.model_fields.items():
+        extra = field.json_schema_extra
+        if isinstance(extra, dict):
+            value = str(getattr(chosen, key))
+            table.add_row(key, str(extra["symbol"]), value, str(extra["unit"]), str(extra["source"]), field.description)
+    Console().print(table)
+
+
+@app.command("identify")
+def identify_command(
+    episodes: Annotated[int, typer.Option(min=1, help="joint episodes of the Random player a candidate")] = 2_000,
+    seed: Annotated[int, typer.Option(min=0, help="picks the missions")] = 50_000,
+    models: Annotated[
+        Path, typer.Option(help="runs of the paper's methods, whose trained players are asked too")
+    ] = Path("runs/reference/paper"),
+    out: Annotated[Path | None, typer.Option(help="folder for README.md and identify.json")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Try every value of the constants that the paper leaves open against the figures that it prints."""
+    players = trained_players(models) if models.is_dir() else {}
+    if not players:
+        say(f"no trained players in {models}: the Random player alone is asked")
+    with Progress(console=messages, transient=True) as bar:
+        task = bar.add_task("trying candidates")
+        result = identify(episodes, seed, players, lambda done, total: bar.update(task, completed=done, total=total))
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        write_text(out / "README.md", as_markdown(result))
+        write_json(out / "identify.json", result.as_json())
+    if as_json:
+        print(json.dumps(result.as_json()))
+        return
+    shown = pd.DataFrame({"constant": list(result.findings), "what the paper's figures say": result.findings.values()})
+    print_table(shown, f"identified from Table II, {episodes:,} episodes a candidate")
+    if out is not None:
+        say(f"all tables: {out / 'README.md'}")

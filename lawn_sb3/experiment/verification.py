@@ -1,0 +1,52 @@
+"""Checking a finished run: its model flies the test missions again, and the rows have to come out the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+import pandas as pd
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import FLIGHT_FILES, is_finished, rows_as_text
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import load_player, load_run
+
+
+class Verification(NamedTuple):
+    """What flying again gave."""
+
+    rows: int
+    """Rows of the evaluation, one an episode and UAV."""
+    rows_that_differ: int
+    reward: float
+    """Mean accumulated reward that the run left."""
+    reward_again: float
+    """The same, flown again."""
+
+
+def verify_run(directory: Path) -> Verification:
+    """Fly the test missions of a finished run again.
+
+    Weights that were kept in half precision may decide near ties otherwise.
+
+    :param directory: the run
+    :return: how many rows differ
+    :raises UserError: if the run is not finished, or its model or rows are missing or damaged
+    """
+    cell = load_run(directory)
+    if not is_finished(cell):
+        raise UserError(f"{str(directory)!r} is not finished, or its policy file has changed since")
+    chosen, path = cell.evaluation, directory / FLIGHT_FILES[0]
+    player = load_player(cell, deterministic=chosen.deterministic)
+    again = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
+    try:
+        left = path.read_text(encoding="utf-8").splitlines()
+        reward = float(pd.read_csv(path)["reward"].mean())
+    except (OSError, ValueError, KeyError) as error:
+        raise UserError(f"{str(path)!r} cannot be read: {str(error).splitlines()[0]}") from None
+    flown = rows_as_text(again).splitlines()
+    if len(left) != len(flown) or left[0] != flown[0]:
+        raise UserError(f"{str(path)!r} has other rows or columns than an evaluation of this run")
+    differ = sum(one != other for one, other in zip(left, flown, strict=True))
+    return Verification(len(again), differ, reward, float(again["reward"].mean()))

@@ -1,0 +1,51 @@
+"""Results whose every number a reader can see."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from lawn_sb3.experiment.evaluation import COLUMNS
+from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
+from lawn_sb3.report.results import Results
+
+DULL: dict[str, Any] = {
+    "reward": 0.0,
+    "rate_mbps": 0.0,
+    "slots": 1,
+    "min_slots": 1,
+    "arrived": True,
+    "utility_mbps": 0.0,
+    "collisions": 0,
+    "makespan_slots": 1,
+    "mean_cell_load": 1.0,
+}
+
+
+def recipe_of(num_uavs: int, methods: tuple[str, ...], seeds: int = 1, episodes: int = 1) -> Recipe:
+    """A recipe of players named M1, M2..., on the paper's game with other UAVs."""
+    return Recipe(
+        name="handmade",
+        set=(f"num_uavs={num_uavs}",),
+        seeds=tuple(range(seeds)),
+        evaluation=Evaluation(episodes=episodes),
+        methods={key: Method(label=f"M{k}", player="random") for k, key in enumerate(methods, 1)},
+    )
+
+
+def flown(method: str, seed: int, num_uavs: int, **columns: list[Any]) -> pd.DataFrame:
+    """Rows of one evaluation, UAV by UAV and episode by episode; a column that is not named holds dull values."""
+    count = len(next(iter(columns.values())))
+    rows = pd.DataFrame({**DULL, **columns}, index=range(count))
+    rows.insert(0, "uav", [k % num_uavs for k in range(count)])
+    rows.insert(0, "episode", [k // num_uavs for k in range(count)])
+    assert set(rows) == set(COLUMNS)
+    rows.insert(0, "seed", seed)
+    rows.insert(0, "method", method)
+    return rows
+
+
+def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: pd.DataFrame) -> Results:
+    """Results that hold these tables."""
+    return Results(recipe, pd.concat(episodes, ignore_index=True), **tables)

@@ -1,0 +1,60 @@
+"""The look of all figures: a method keeps its colour, and small multiples share their axes."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.colors import to_rgb
+from matplotlib.figure import Figure
+
+from lawn_sb3.report.style import KNOWN, colours, panels, title_of
+from lawn_sb3.report.trajectories import UAV_COLOURS
+
+
+@given(st.sets(st.sampled_from(sorted(KNOWN))), st.permutations(sorted(KNOWN)))
+def test_a_known_method_keeps_its_colour_whatever_is_beside_it(some: set[str], everyone: list[str]) -> None:
+    assert colours(some).items() <= colours(everyone).items()
+
+
+def test_all_methods_of_a_large_recipe_differ_in_colour() -> None:
+    assert len(set(colours([*KNOWN, "mine"]).values())) == len(KNOWN) + 1
+
+
+def test_no_uav_has_the_colour_of_a_method() -> None:
+    # Euclidean distance in RGB, from 0 to sqrt(3); the two blues of MAPPO are 0.43 apart.
+    methods = colours([*KNOWN, "mine"]).values()
+    for uav in UAV_COLOURS:
+        for method in methods:
+            apart = sum((a - b) ** 2 for a, b in zip(to_rgb(uav), to_rgb(method), strict=True)) ** 0.5
+            assert apart > 0.25, (uav, method)
+
+
+@pytest.mark.parametrize(
+    ("count", "shape"), [(1, (1, 1)), (2, (1, 2)), (4, (1, 4)), (5, (2, 3)), (6, (2, 3)), (7, (2, 4)), (9, (3, 3))]
+)
+def test_panels_are_laid_out_in_even_rows(count: int, shape: tuple[int, int]) -> None:
+    figure = Figure()
+    axes = panels(figure, count, 2.0, 2.0, "slot", "UAVs")
+    assert len(axes) == len(figure.axes) == count
+    grid = axes[0].get_gridspec()
+    assert (grid.nrows, grid.ncols) == shape
+    axes[0].set(xlim=(0, 7), ylim=(0, 3))
+    assert all(ax.get_xlim() == (0, 7) and ax.get_ylim() == (0, 3) for ax in axes)
+
+
+def test_only_outer_panels_are_labelled_and_every_column_has_its_numbers() -> None:
+    # Three columns: the last row has two panels, so the third panel is the lowest of its column.
+    axes = panels(Figure(), 5, 2.0, 2.0, "slot", "UAVs")
+    assert [ax.get_xlabel() for ax in axes] == ["", "", "slot", "slot", "slot"]
+    assert [ax.get_ylabel() for ax in axes] == ["UAVs", "", "", "UAVs", ""]
+    assert [ax.xaxis.get_tick_params()["labelbottom"] for ax in axes] == [False, False, True, True, True]
+
+
+def test_a_panel_is_headed_by_a_mark_in_the_methods_colour() -> None:
+    (ax,) = panels(Figure(), 1, 2.0, 2.0, "", "")
+    title_of(ax, "QMIX", "#009E73")
+    legend = ax.get_legend()
+    assert legend is not None
+    assert legend.get_texts()[0].get_text() == "QMIX"
+    assert legend.get_patches()[0].get_facecolor()[:3] == to_rgb("#009E73")
