@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -118,6 +119,28 @@ def test_a_failed_run_leaves_the_others_finished_and_status_1(tmp_path: Path) ->
     assert "Traceback" not in done.stderr
     assert (tmp_path / "tiny" / "mappo" / "seed-0" / "finished").exists()
     assert "MAPPO" in done.stdout
+
+
+def test_a_disk_without_room_for_a_model_loses_nothing_else(tmp_path: Path) -> None:
+    path = recipe(tmp_path, seeds=[0])
+    command = [sys.executable, "-m", "lawn_sb3", "reproduce", str(path)]
+    most = 200_000  # bytes a file: enough for all but the model
+    done = subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
+    )
+    assert done.returncode == 1
+    assert "mappo seed 0: OSError" in done.stderr
+    assert "finished runs are kept" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert (tmp_path / "tiny" / "random" / "seed-0" / "finished").exists()
+    assert not list(tmp_path.rglob("*part*"))
+    again = lawn("reproduce", path)
+    assert again.returncode == 0
+    assert "1 of 2 runs are finished already" in again.stderr
 
 
 def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -> None:

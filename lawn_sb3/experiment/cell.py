@@ -16,7 +16,7 @@ from lawn_sb3.envs import make_vec_env
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer, build_model
-from lawn_sb3.experiment.provenance import provenance, write_json, write_text
+from lawn_sb3.experiment.provenance import provenance, whole_file, write_json, write_text
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.watching import ProgressCSV, Watch
@@ -133,7 +133,6 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
         reset_num_timesteps=checkpoint is None,
     )
     model.logger.close()
-    part = cell.directory / "model.part.zip"
-    model.save(part)
-    part.replace(cell.directory / "model.zip")
+    with whole_file(cell.directory / "model.zip") as part:
+        model.save(part)
     return model, began

@@ -15,6 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from lawn_sb3.envs import FlatVecEnv
+from lawn_sb3.experiment.provenance import whole_file
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm, find_policy
 from lawn_sb3.experiment.watching import Watch
@@ -106,15 +107,10 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "pending": [dict(getattr(model.logger, name)) for name in PENDING],
         "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
     }
-    path = checkpoint_path(cell)
     content = io.BytesIO()
     th.save(state, content)
-    part = path.with_suffix(".part")
-    try:
+    with whole_file(checkpoint_path(cell)) as part:
         part.write_bytes(content.getbuffer())
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def read_checkpoint(cell: Cell) -> dict[str, Any] | None:

@@ -9,6 +9,8 @@ import platform
 import shlex
 import subprocess
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -64,9 +66,23 @@ def write_text(path: Path, text: str) -> None:
     :param path: the file
     :param text: what it is to hold
     """
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+    with whole_file(path) as part:
+        part.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Write a file so that it is there whole or not at all, also when the disk is full or the writer is ended.
+
+    :param path: the file
+    :return: where to write; moved into place at the end, and removed on failure
+    """
+    part = path.with_name(f"part-{path.name}")
+    try:
+        yield part
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
 
 
 def _commit() -> str:

@@ -42,11 +42,11 @@ def verify_run(directory: Path) -> Verification:
     again = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
     try:
         left = path.read_text(encoding="utf-8").splitlines()
-        reward = float(pd.read_csv(path)["reward"].mean())
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError) as error:
         raise UserError(f"{str(path)!r} cannot be read: {str(error).splitlines()[0]}") from None
     flown = rows_as_text(again).splitlines()
     if len(left) != len(flown) or left[0] != flown[0]:
         raise UserError(f"{str(path)!r} has other rows or columns than an evaluation of this run")
+    reward = float(pd.to_numeric(pd.read_csv(path)["reward"], errors="coerce").mean())
     differ = sum(one != other for one, other in zip(left, flown, strict=True))
     return Verification(len(again), differ, reward, float(again["reward"].mean()))

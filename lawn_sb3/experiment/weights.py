@@ -10,6 +10,7 @@ import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.provenance import whole_file
 
 WEIGHTS_FILE = "weights.npz"
 MOST_BYTES = 1_000_000
@@ -29,12 +30,8 @@ def save_weights(model: BaseAlgorithm, path: Path) -> None:
     }
     if sum(array.nbytes for array in arrays.values()) > MOST_BYTES:
         arrays = {name: array.astype(np.float16) for name, array in arrays.items()}
-    part = path.with_name("part-" + path.name)
-    try:
+    with whole_file(path) as part:
         np.savez_compressed(part, allow_pickle=False, **arrays)
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def load_weights(model: BaseAlgorithm, path: Path) -> None:

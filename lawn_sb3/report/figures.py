@@ -126,7 +126,7 @@ def utility_cdf(results: Results) -> Figure:
     figure = Figure(figsize=(7, 4.5), layout="constrained")
     ax = figure.subplots()
     palette = colours(results.recipe.methods)
-    grid = np.linspace(0.0, results.episodes["utility_mbps"].max() * 1.02, 400)
+    grid = np.linspace(0.0, max(results.episodes["utility_mbps"].max(), 1.0) * 1.02, 400)
     for key, method in results.methods.items():
         own = results.episodes[results.episodes["method"] == key]
         by_seed = np.array([_cdf(rows["utility_mbps"], grid) for _, rows in own.groupby("seed")])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import pandas as pd
@@ -34,9 +35,20 @@ def recipe_of(num_uavs: int, methods: tuple[str, ...], seeds: int = 1, episodes:
     )
 
 
-def flown(method: str, seed: int, num_uavs: int, **columns: list[Any]) -> pd.DataFrame:
+def learner(label: str, policy: str | None = None, algo: str = "mappo", paper_row: str | None = None) -> Method:
+    """A method that trains."""
+    values = {"label": label, "algo": algo, "policy": policy, "paper_row": paper_row, "env_steps": 1}
+    return Method.model_validate(values)
+
+
+def recipe_with(methods: Mapping[str, Method], **changes: object) -> Recipe:
+    """A recipe of these methods on the paper's game."""
+    return Recipe.model_validate({"name": "handmade", "seeds": [0, 1], "methods": dict(methods), **changes})
+
+
+def flown(method: str, seed: int, num_uavs: int = 1, **columns: list[Any]) -> pd.DataFrame:
     """Rows of one evaluation, UAV by UAV and episode by episode; a column that is not named holds dull values."""
-    count = len(next(iter(columns.values())))
+    count = len(next(iter(columns.values()))) if columns else 1
     rows = pd.DataFrame({**DULL, **columns}, index=range(count))
     rows.insert(0, "uav", [k % num_uavs for k in range(count)])
     rows.insert(0, "episode", [k // num_uavs for k in range(count)])

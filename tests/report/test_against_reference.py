@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.results import Results
-from tests.report.made_up import learner, recipe_of, results, rows
+from tests.report.handmade import flown, learner, recipe_with, results_of
 
-RECIPE = recipe_of({"mappo": learner("CTDE-MAPPO")})
+RECIPE = recipe_with({"mappo": learner("CTDE-MAPPO")})
 
 
 def made(*rewards: float, utility_mbps: float = 20.0) -> Results:
     """One reward a seed."""
-    return results(
+    return results_of(
         RECIPE,
-        *(rows("mappo", seed, reward=[reward], utility_mbps=[utility_mbps]) for seed, reward in enumerate(rewards)),
+        *(flown("mappo", seed, reward=[reward], utility_mbps=[utility_mbps]) for seed, reward in enumerate(rewards)),
     )
 
 
@@ -33,5 +33,5 @@ def test_seeds_that_overlap_agree_and_seeds_apart_do_not() -> None:
 
 
 def test_methods_that_the_reference_lacks_are_left_out() -> None:
-    other = recipe_of({"mine": learner("Mine")})
-    assert not len(against_reference(results(other, rows("mine", 0)), made(3.0)).shown)
+    other = recipe_with({"mine": learner("Mine")})
+    assert not len(against_reference(results_of(other, flown("mine", 0)), made(3.0)).shown)

@@ -5,26 +5,26 @@ from __future__ import annotations
 import pytest
 
 from lawn_sb3.report.comparison import base_method, comparison
-from tests.report.made_up import learner, recipe_of, results, rows
+from tests.report.handmade import flown, learner, recipe_with, results_of
 
-RECIPE = recipe_of({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
+RECIPE = recipe_with({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
 
 
 def test_the_papers_critic_is_what_others_are_held_against() -> None:
-    assert base_method(results(RECIPE, rows("mine", 0), rows("paper", 0))) == "paper"
-    assert base_method(results(RECIPE, rows("mine", 0))) == "mine"
-    none = recipe_of({"iql": learner("IQL", algo="iql")})
-    assert base_method(results(none, rows("iql", 0))) is None
+    assert base_method(results_of(RECIPE, flown("mine", 0), flown("paper", 0))) == "paper"
+    assert base_method(results_of(RECIPE, flown("mine", 0))) == "mine"
+    none = recipe_with({"iql": learner("IQL", algo="iql")})
+    assert base_method(results_of(none, flown("iql", 0))) is None
 
 
 def test_differences_and_probabilities_by_hand() -> None:
     # Missions (a, b, c, d): mine earns 1, 2, 3, 4 in both seeds, the paper's 0, 2, 4, 0 in both. On a and d mine is
     # better, on b equal, on c worse: P = (1 + 1/2 + 0 + 1) / 4 = 0.625; the difference is (1 + 0 - 1 + 4) / 4 = 1.
     # The middle half of mine's 1, 1, 2, 2, 3, 3, 4, 4 is 2, 2, 3, 3 with mean 2.5.
-    made = results(
+    made = results_of(
         RECIPE,
-        *(rows("mine", seed, reward=[1.0, 2.0, 3.0, 4.0]) for seed in (0, 1)),
-        *(rows("paper", seed, reward=[0.0, 2.0, 4.0, 0.0]) for seed in (0, 1)),
+        *(flown("mine", seed, reward=[1.0, 2.0, 3.0, 4.0]) for seed in (0, 1)),
+        *(flown("paper", seed, reward=[0.0, 2.0, 4.0, 0.0]) for seed in (0, 1)),
     )
     row = comparison(made, "paper").numbers.set_index("key").loc["mine"]
     assert row["reward_improvement"] == pytest.approx(0.625)

@@ -6,16 +6,16 @@ import pandas as pd
 
 from lawn_sb3.report.learning import first_crossing, nearest_to_paper
 from lawn_sb3.report.results import Results
-from tests.report.made_up import learner, recipe_of, results, rows
+from tests.report.handmade import flown, learner, recipe_with, results_of
 
-RECIPE = recipe_of({"mappo": learner("CTDE-MAPPO", paper_row="CTDE-MAPPO")})
+RECIPE = recipe_with({"mappo": learner("CTDE-MAPPO", paper_row="CTDE-MAPPO")})
 ONE = {"method": "mappo", "seed": [0, 0, 1, 1], "time/env_steps": [1000, 2000, 1000, 2000]}
 
 
 def made(**columns: list[float]) -> Results:
     """Two seeds with two points each."""
     curves = pd.DataFrame({**ONE, **{name.replace("__", "/"): values for name, values in columns.items()}})
-    return results(RECIPE, rows("mappo", 0), curves=curves)
+    return results_of(RECIPE, flown("mappo", 0), curves=curves)
 
 
 def test_first_crossing_is_that_of_the_slowest_seed() -> None:
@@ -43,6 +43,6 @@ def test_nearest_to_the_paper_is_the_evaluation_with_the_nearest_mean_success() 
 
 
 def test_without_curves_there_are_no_milestones() -> None:
-    bare = results(RECIPE, rows("mappo", 0))
+    bare = results_of(RECIPE, flown("mappo", 0))
     assert not len(first_crossing(bare).shown)
     assert not len(nearest_to_paper(bare).shown)

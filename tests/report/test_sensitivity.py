@@ -12,17 +12,17 @@ from lawn_sb3.experiment.recipe import cells, load_recipe
 from lawn_sb3.report.document import write_report
 from lawn_sb3.report.results import Results
 from lawn_sb3.report.sensitivity import build_sensitivity, ranking
-from tests.report.made_up import learner, recipe_of, results, rows
+from tests.report.handmade import flown, learner, recipe_with, results_of
 
-RECIPE = recipe_of({"one": learner("One"), "two": learner("Two")})
+RECIPE = recipe_with({"one": learner("One"), "two": learner("Two")})
 
 
 def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
     """Two seeds of two methods, one mission each."""
-    return results(
+    return results_of(
         RECIPE,
-        *(rows("one", seed, reward=[reward]) for seed, reward in enumerate(one)),
-        *(rows("two", seed, reward=[reward]) for seed, reward in enumerate(two)),
+        *(flown("one", seed, reward=[reward]) for seed, reward in enumerate(one)),
+        *(flown("two", seed, reward=[reward]) for seed, reward in enumerate(two)),
     )
 
 

@@ -6,9 +6,9 @@ import numpy as np
 
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.table_two import table_two
-from tests.report.made_up import learner, recipe_of, results, rows
+from tests.report.handmade import flown, learner, recipe_with, results_of
 
-RECIPE = recipe_of(
+RECIPE = recipe_with(
     {
         "random": Method(label="Random", paper_row="Random", player="random"),
         "mappo": learner("A|B & V_x", paper_row="CTDE-MAPPO"),
@@ -20,12 +20,12 @@ RECIPE = recipe_of(
 
 def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
     # Random: seed 0 fails (0 %), seed 1 arrives (100 %): mean 50; a bootstrap of two seeds reaches from 0 to 100.
-    made = results(
+    made = results_of(
         RECIPE,
-        rows("random", 0, arrived=[False], utility_mbps=[0.0]),
-        rows("random", 1, arrived=[True], utility_mbps=[20.0]),
-        rows("mappo", 0, makespan_slots=[6]),
-        rows("mine", 0),
+        flown("random", 0, arrived=[False], utility_mbps=[0.0]),
+        flown("random", 1, arrived=[True], utility_mbps=[20.0]),
+        flown("mappo", 0, makespan_slots=[6]),
+        flown("mine", 0),
     )
     table = table_two(made)
     numbers = table.numbers.set_index("key")
@@ -47,6 +47,6 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
 
 
 def test_labels_are_shown_as_they_are_written() -> None:
-    table = table_two(results(RECIPE, rows("mappo", 0)))
+    table = table_two(results_of(RECIPE, flown("mappo", 0)))
     assert "A\\|B & V_x" in table.as_markdown()
     assert "A|B \\& V\\_x" in table.as_latex()
