@@ -36,8 +36,8 @@ format: install ## put the code into the house style
 reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)
 
-report: install ## rebuild the tables and figures of runs/paper.yaml from what its runs left
-	$(BIN)/lawn-sb3 report runs/paper.yaml
+report: install ## rebuild tables, figures and verdicts from the results kept in runs/reference, without training
+	$(BIN)/lawn-sb3 report runs/paper.yaml --runs runs/reference/paper
 
 bench: install ## measure the speed of simulator, environment and training
 	$(BIN)/lawn-sb3 bench

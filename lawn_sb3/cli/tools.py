@@ -23,6 +23,9 @@ from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 
 app = typer.Typer()
 
+ASKED = ("QMIX", "CTDE-MAPPO")
+"""Rows of the paper's Table II whose trained players ``identify`` asks; training gives nothing like its IQL row."""
+
 
 @app.command()
 def bench(as_json: AsJson = False) -> None:
@@ -66,7 +69,7 @@ def identify_command(
     as_json: AsJson = False,
 ) -> None:
     """Try every value of the constants that the paper leaves open against the figures that it prints."""
-    players = trained_players(models) if models.is_dir() else {}
+    players = trained_players(models, ASKED) if models.is_dir() else {}
     if not players:
         say(f"no trained players in {models}: the Random player alone is asked")
     with Progress(console=messages, transient=True) as bar:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import zipfile
+from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
@@ -145,11 +146,12 @@ def load_networks(model: BaseAlgorithm, directory: Path) -> None:
         raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
 
 
-def trained_players(folder: Path) -> dict[str, Player]:
-    """The first whole trained player for each row of the paper's Table II.
+def trained_players(folder: Path, rows: Collection[str]) -> dict[str, Player]:
+    """The first trained player that is kept for some rows of the paper's Table II.
 
     :param folder: runs of a recipe, ``METHOD/seed-K`` each; of two methods for a row the last in alphabetical order
         counts, which for the names in ``runs/paper.yaml`` is the paper's own critic
+    :param rows: the rows
     :return: greedy players by row
     """
     found: dict[str, Player] = {}
@@ -158,7 +160,8 @@ def trained_players(folder: Path) -> dict[str, Player]:
             if not (run / "model.zip").exists() and not (run / WEIGHTS_FILE).exists():
                 continue
             cell = load_run(run)
-            if cell.method.algo is not None and cell.method.paper_row is not None:
+            if cell.method.algo is not None and cell.method.paper_row in rows:
+                assert cell.method.paper_row is not None
                 found[cell.method.paper_row] = load_player(cell)
                 break
     return found
