@@ -12,6 +12,7 @@ from lawn_sb3.cli.console import (
     AsJson,
     Changes,
     ScenarioName,
+    fail,
     interruptible,
     messages,
     print_figures,
@@ -23,7 +24,7 @@ from lawn_sb3.experiment.evaluation import evaluate, summarize
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
-from lawn_sb3.experiment.reproduce import FailedRunsError, training_bar
+from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.verification import verify_run
 from lawn_sb3.scenario import Scenario, load_scenario, parse_overrides, parse_scenario
 
@@ -81,7 +82,7 @@ def train(
             run_cell(cell, advance)
         except (ArithmeticError, AssertionError, RuntimeError, TypeError, ValueError) as error:
             reason = str(error).splitlines()[0] if str(error) else "no reason given"
-            raise FailedRunsError(f"training in {str(out)!r} failed: {type(error).__name__}: {reason}") from error
+            fail(f"training in {str(out)!r} failed: {type(error).__name__}: {reason}; checkpoints are kept", 1)
     say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
 
 
@@ -151,6 +152,4 @@ def verify(
     found = verify_run(run)
     print_figures(found._asdict(), as_json, f"{run}, flown again")
     if found.rows_that_differ:
-        raise FailedRunsError(
-            f"{found.rows_that_differ} of {found.rows} rows of {str(run / 'evaluation.csv')!r} come out otherwise"
-        )
+        fail(f"{found.rows_that_differ} of {found.rows} rows of {str(run / 'evaluation.csv')!r} come out otherwise", 1)
