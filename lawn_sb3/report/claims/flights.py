@@ -1,0 +1,170 @@
+"""Claims that take flights of their own: what an actor reads, what hovering gives, what the welfare could be."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.envs import Observer
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.paper import TABLE_II, TEST_EPISODES
+from lawn_sb3.experiment.players import ModelPlayer, load_player
+from lawn_sb3.game.radio import radio_map
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.planning import ShortestPathPlayer
+from lawn_sb3.report.claims.claim import CannotTellError, Evidence, Finding
+from lawn_sb3.report.claims.comparisons import QUANTITIES, combine, join, known, scores
+from lawn_sb3.report.claims.table_rows import FAR
+from lawn_sb3.report.statistics import mean_interval
+
+GAMES, SLOTS, NOISES = 50, 10, 20
+"""Observations of an actor's test: games, slots of random play before, and times that x is replaced."""
+
+
+def ignores_state(evidence: Evidence, of: list[str]) -> Finding:
+    """Whether trained actors act on o_i alone: the global state is replaced by noise, the actions must not change.
+
+    :param evidence: what the runs left
+    :param of: the parts; of each the first seed that was read
+    :return: the finding
+    :raises CannotTellError: if a trained model was not kept
+    """
+    flat, state = _observations(evidence)
+    rng = np.random.default_rng(evidence.results.recipe.evaluation.seed)
+    figures, held = [], []
+    for role in of:
+        model = _trained(evidence, role).model
+        before, _ = model.predict(flat, deterministic=True)
+        changed = 0
+        for _ in range(NOISES):
+            noisy = flat.copy()
+            noisy[:, state] = rng.normal(0.0, 10.0, noisy[:, state].shape)
+            after, _ = model.predict(noisy, deterministic=True)
+            changed += int((after != before).sum())
+        figures.append(f"{evidence.label(role)}: {changed:,}")
+        held.append(changed == 0)
+    return Finding(
+        combine(held),
+        f"actions changed by noise in x, of {NOISES * len(flat):,} each: {'; '.join(figures)}",
+        "No action may change. That o_i itself holds the loads {n_b} of all cells, which the GBSs would have to "
+        "broadcast, is not counted as communication here.",
+    )
+
+
+def _observations(evidence: Evidence) -> tuple[NDArray[np.float32], slice]:
+    """Observations [B, flat_dim] after some slots of random play, and the columns of x in them."""
+    recipe = evidence.results.recipe
+    simulator = Simulator(recipe.game(), GAMES, seed=recipe.evaluation.seed)
+    rng = np.random.default_rng(recipe.evaluation.seed)
+    for _ in range(SLOTS):
+        simulator.step(rng.integers(0, simulator.num_actions, simulator.state.flying.shape))
+        simulator.go_on()
+    observer = Observer(recipe.game())
+    return observer.flat(simulator.state).reshape(-1, observer.layout.flat_dim), observer.layout.state
+
+
+def _trained(evidence: Evidence, role: str) -> ModelPlayer:
+    key = evidence.key(role)
+    seed = evidence.results.seeds(key)[0]
+    cell = next((cell for cell in evidence.cells if (cell.key, cell.seed) == (key, seed)), None)
+    if cell is None:
+        raise CannotTellError(f"needs the trained model of {evidence.label(role)}")
+    try:
+        player = load_player(cell)
+    except UserError as error:
+        raise CannotTellError(f"needs the trained model of {evidence.label(role)}: {error}") from None
+    assert isinstance(player, ModelPlayer)
+    return player
+
+
+class HoveringPlayer:
+    """Some UAVs fly straight to their destinations, the others to the best voxel within one slot, where they stay.
+
+    :param share_flying: share of the UAVs that fly, drawn one by one
+    """
+
+    name = "hover"
+
+    def __init__(self, share_flying: float) -> None:
+        self.share_flying = share_flying
+        self._straight = ShortestPathPlayer()
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Draw who flies, and find where the others hover.
+
+        :param simulator: the games
+        :param rng: source of the draw
+        """
+        rules = simulator.rules
+        ends = np.clip(
+            simulator.state.position[:, :, None] + rules.actions, 0, np.array(rules.grid) - 1
+        )  # [G, N, A, 3]
+        x, y, z = np.moveaxis(ends, -1, 0)
+        # Of several moves to the best voxel the first is the shortest, which stays inside.
+        self._next = radio_map(simulator.scenario).rb_rate_mbps[x, y, z].argmax(axis=-1)  # [G, N]
+        self._flies = rng.random(simulator.state.flying.shape) < self.share_flying
+        self._straight.start(simulator, rng)
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Move once to hover, or on to the destination.
+
+        :param simulator: the games
+        :return: indices into the action table [G, N]
+        """
+        move = np.where(self._flies, self._straight.act(simulator), self._next)
+        self._next = np.zeros_like(self._next)  # action 0 hovers
+        return move
+
+
+def hovering_explains_rate(evidence: Evidence, row: str) -> Finding:
+    """Whether UAVs that hover near their start can have the corrected rate that the paper prints of a failing method.
+
+    :param evidence: what the runs left
+    :param row: the method's row in Table II
+    :return: the finding
+    """
+    recipe, printed = evidence.results.recipe, TABLE_II[row]
+    player = HoveringPlayer(printed.success_percent / 100.0)
+    rows = evaluate(player, recipe.game(), recipe.evaluation.episodes, recipe.evaluation.seed)
+    rates = rows.groupby("episode")["rate_mbps"].mean()
+    error = float(np.nan_to_num(rates.std(ddof=1))) * np.sqrt(1 / len(rates) + 1 / TEST_EPISODES)
+    short = printed.rate_mbps - float(rates.mean())
+    explained = short <= FAR * error
+    return Finding(
+        "reproduced" if explained else "not reproduced",
+        f"R̂ {rates.mean():.1f} ± {error:.1f} Mbps (one standard error; paper {printed.rate_mbps:g}) where "
+        f"{printed.success_percent:g} % of the UAVs fly straight, and all others hover where the link is best within "
+        "one slot of their origin",
+        "Hovering near the start has to give the printed rate: "
+        + ("it does." if explained else f"it falls short by {short:.1f} Mbps, so in this game it is not the reason."),
+    )
+
+
+def maximises_welfare(evidence: Evidence, of: list[str], draws: int) -> Finding:
+    """Whether a policy earns no less than the best of some joint shortest paths drawn at random for each mission.
+
+    :param evidence: what the runs left
+    :param of: the parts of the method's forms
+    :param draws: joint paths for each mission
+    :return: the finding; what the best of them earns is no more than a lower bound of the largest welfare
+    """
+    quantity = QUANTITIES["utility_mbps"]
+    own = {role: scores(evidence, role, "utility_mbps").mean(axis=1) for role in of}
+    recipe = evidence.results.recipe
+    chosen = recipe.evaluation
+    drawn = [evaluate(ShortestPathPlayer(), recipe.game(), chosen.episodes, chosen.seed, k) for k in range(draws)]
+    means = [rows.groupby("episode")[quantity.column].mean().to_numpy() for rows in drawn]
+    best = float(np.max(means, axis=0).mean())
+    less, figures = [], [f"best of {draws} shortest paths: {quantity.symbol} {best:.1f} Mbps"]
+    for role, values in own.items():
+        found = known(mean_interval(values - best))
+        figures.append(f"{evidence.label(role)}: {found.text(quantity.decimals)}{quantity.unit} against it")
+        if found.high < 0.0:
+            less.append(evidence.label(role))
+    why = "A policy that maximises the welfare cannot earn less than the best of some paths drawn at random"
+    return Finding(
+        combine([evidence.label(role) not in less for role in of]),
+        "; ".join(figures),
+        f"{why}; {join(less)} {'does' if len(less) == 1 else 'do'}." if less else f"{why}.",
+    )
