@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import pytest
 
 from lawn_sb3.cli.commands import app
 from lawn_sb3.experiment.registry import REPOSITORY, find_policy
+from lawn_sb3.report.claims import load_claims
 
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
@@ -50,10 +52,17 @@ def test_another_projects_trainer_learns_and_writes_no_files(tmp_path: Path) -> 
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.parametrize("name", ["table2", "claims_summary"])
+@pytest.mark.parametrize("name", ["table2", "claims_headlines"])
 def test_its_tables_are_those_of_the_reference_results(name: str) -> None:
     table = REPOSITORY / "runs" / "reference" / "paper" / "report" / f"{name}.md"
     assert table.read_text(encoding="utf-8") in README
+
+
+def test_its_tally_of_the_claims_is_that_of_the_reference_results() -> None:
+    report = json.loads((REPOSITORY / "runs" / "reference" / "paper" / "report" / "report.json").read_text("utf-8"))
+    (tally,) = report["summary"]
+    assert tally.removeprefix("The paper's claims: ") in " ".join(README.split())
+    assert f"All {len(load_claims())} checkable claims" in README
 
 
 def test_every_picture_and_page_it_links_to_is_there() -> None:

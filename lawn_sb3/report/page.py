@@ -6,7 +6,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report import fairness, figures, low_utility, occupancy, sampling, trajectories, trajectories_3d
 from lawn_sb3.report.claims import Evidence, judge_all, load_claims
-from lawn_sb3.report.claims.table import claims_summary, claims_table, tally
+from lawn_sb3.report.claims.table import claims_headlines, claims_summary, claims_table, tally
 from lawn_sb3.report.comparison import base_method, comparison
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.learning import first_crossing, nearest_to_paper
@@ -16,7 +16,7 @@ from lawn_sb3.report.table_two import table_two
 
 SECTIONS = {
     "Table II: performance": ("table2", "comparison"),
-    "Claims of the paper": ("claims_summary", "claims"),
+    "Claims of the paper": ("claims_headlines", "claims_summary", "claims"),
     "Fig. 2: training": ("fig2_convergence", "first_crossing", "nearest_to_paper"),
     "Fig. 3: utility": ("fig3_utility_cdf",),
     "Cell loads over time": ("cell_loads",),
@@ -46,6 +46,7 @@ def build_report(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Repor
         "table1": table_one(results),
         "table2": table_two(results),
         "comparison": comparison(results, base) if base is not None else None,
+        "claims_headlines": claims_headlines(judged),
         "claims_summary": claims_summary(judged),
         "claims": claims_table(judged),
         "first_crossing": first_crossing(results),

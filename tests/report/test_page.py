@@ -19,8 +19,8 @@ from lawn_sb3.report.style import colours
 
 COMMAND = "lawn-sb3 report runs/small.yaml"
 TABLES = {
-    "table1", "table2", "comparison", "claims_summary", "claims", "first_crossing", "nearest_to_paper", "fairness",
-    "low_utility_by_load", "low_utility_by_delay", "sampling",
+    "table1", "table2", "comparison", "claims_headlines", "claims_summary", "claims", "first_crossing",
+    "nearest_to_paper", "fairness", "low_utility_by_load", "low_utility_by_delay", "sampling",
 }  # fmt: skip
 FIGURES = {
     "fig2_convergence", "fig3_utility_cdf", "cell_loads", "low_utilities", "trajectories", "trajectories_3d",

@@ -50,6 +50,7 @@ class Claim(BaseModel):
     :param measure: what is measured, and what makes the verdict
     :param test: name of the test
     :param arguments: the test's arguments
+    :param headline: whether it is one of those that carry the paper
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -60,6 +61,7 @@ class Claim(BaseModel):
     measure: str
     test: str
     arguments: dict[str, Any] = Field(default_factory=dict)
+    headline: bool = False
 
 
 class Finding(NamedTuple):

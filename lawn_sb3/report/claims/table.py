@@ -50,6 +50,26 @@ def claims_table(judged: Sequence[Judged]) -> Table:
     return Table(numbers, shown, CAPTION)
 
 
+def claims_headlines(judged: Sequence[Judged]) -> Table:
+    """The claims that carry the paper.
+
+    :param judged: the claims and what was found
+    :return: one row a claim, in the order of the verdicts
+    """
+    chosen = [one for verdict in VERDICTS for one in judged if one.claim.headline and one.finding.verdict == verdict]
+    full = claims_table(chosen)
+    shown = pd.DataFrame(
+        {
+            "The paper says": [f"{claim.text} ({claim.section})" for claim, _ in chosen],
+            "Verdict": [finding.verdict for _, finding in chosen],
+            "Measured": [finding.figure for _, finding in chosen],
+        }
+    )
+    return Table(
+        full.numbers, shown, "The claims that carry the paper; all others and the rules are in the next tables."
+    )
+
+
 def claims_summary(judged: Sequence[Judged]) -> Table:
     """Which claims got each verdict.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lawn_sb3.report.claims import Claim, Finding, Judged, Verdict
-from lawn_sb3.report.claims.table import CAPTION, claims_summary, claims_table, tally
+from lawn_sb3.report.claims.table import CAPTION, claims_headlines, claims_summary, claims_table, tally
 
 
 def judged(verdict: Verdict, figure: str = "1 of 2") -> Judged:
@@ -56,3 +56,12 @@ def test_the_summary_lists_claims_by_verdict() -> None:
         {"Verdict": "partly", "Claims": "2", "Which": "flat, flat"},
         {"Verdict": "not testable", "Claims": "1", "Which": "flat"},
     ]
+
+
+def test_headlines_are_the_claims_marked_so_reproduced_ones_first() -> None:
+    def headline(verdict: Verdict) -> Judged:
+        one = judged(verdict)
+        return one._replace(claim=one.claim.model_copy(update={"headline": True}))
+
+    several = [headline("partly"), judged("reproduced"), headline("reproduced")]
+    assert claims_headlines(several).shown["Verdict"].tolist() == ["reproduced", "partly"]
