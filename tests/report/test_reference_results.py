@@ -1,0 +1,46 @@
+"""The results kept with the code: whole, small, without code inside, and what this code makes of them is what is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lawn_sb3.experiment.recipe import cells, load_recipe
+from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.report.document import Report
+from lawn_sb3.report.page import build_report
+
+REFERENCE = REPOSITORY / "runs" / "reference" / "paper"
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    """The report, made anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(REPOSITORY)
+        recipe = load_recipe(Path("runs/paper.yaml"))
+        made, _ = build_report(recipe, cells(recipe, Path("runs/reference/paper")), "command")
+    return made
+
+
+def test_every_run_is_whole_and_of_the_recipe_as_it_is(report: Report) -> None:
+    assert report.problems == []
+    assert len(report.recipe.seeds) == 5
+
+
+@pytest.mark.parametrize("name", ["table1", "table2", "comparison", "claims", "fairness", "sampling", "first_crossing"])
+def test_the_kept_tables_are_those_that_this_code_makes(report: Report, name: str) -> None:
+    assert report.tables[name].as_markdown() + "\n" == (REFERENCE / "report" / f"{name}.md").read_text(encoding="utf-8")
+
+
+def test_models_are_small_and_hold_arrays_alone() -> None:
+    models = sorted(REFERENCE.rglob("weights.npz"))
+    assert len(models) == 6  # one for each method that learns
+    for path in models:
+        assert path.stat().st_size < 1_000_000
+        with np.load(path, allow_pickle=False) as stored:
+            assert all(stored[name].dtype.kind == "f" for name in stored.files)
+    assert not list(REFERENCE.rglob("*.zip"))
+    assert not list(REFERENCE.rglob("*.pt"))
