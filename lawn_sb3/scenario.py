@@ -330,8 +330,10 @@ def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
     except OSError as error:
         raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that does not exist is a ValueError
-        line = str(error).splitlines()[0]
-        raise UserError(f"{what} file {str(path)!r} is not valid YAML: {line}") from None
+        mark = getattr(error, "problem_mark", None)
+        where = f", line {mark.line + 1}" if mark is not None else ""
+        reason = getattr(error, "problem", None) or str(error).splitlines()[0]
+        raise UserError(f"{what} file {str(path)!r}{where} is not valid YAML: {reason}") from None
     if not isinstance(content, dict):
         raise UserError(f"{what} file {str(path)!r} must hold keys and values, not {type(content).__name__}")
     return content

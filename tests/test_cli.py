@@ -210,6 +210,14 @@ def test_a_file_that_cannot_be_written_is_named_with_status_1(tmp_path: Path) ->
     assert len(done.stderr.strip().splitlines()) == 1
 
 
+def test_rows_written_through_a_link_go_where_it_points(tmp_path: Path) -> None:
+    (tmp_path / "link.csv").symlink_to(tmp_path / "rows.csv")
+    done = lawn("evaluate", "--player", "random", "--episodes", "2", "--rows", tmp_path / "link.csv")
+    assert done.returncode == 0
+    assert (tmp_path / "link.csv").is_symlink()
+    assert len((tmp_path / "rows.csv").read_text().splitlines()) == 1 + 2 * 4
+
+
 def test_a_scenario_is_printed_as_yaml_that_reads_back(tmp_path: Path) -> None:
     done = lawn("scenario", "as-printed", "--set", "num_uavs=8", "--yaml")
     (tmp_path / "mine.yaml").write_text(done.stdout)

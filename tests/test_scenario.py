@@ -299,3 +299,10 @@ def test_a_misspelt_key_is_named_once() -> None:
     with pytest.raises(UserError) as error:
         load_scenario("paper", ["num_uav=3"])
     assert str(error.value).count("'num_uav'") == 1
+
+
+def test_invalid_yaml_is_refused_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "odd.yaml"
+    path.write_text("num_uavs: 4\nwidth_voxels: [3\nlength_voxels: 5\n", encoding="utf-8")
+    with pytest.raises(UserError, match=r"odd\.yaml', line 3 is not valid YAML"):
+        load_scenario(str(path))

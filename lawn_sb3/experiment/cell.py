@@ -64,16 +64,16 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     """
     claim_directory(cell)
     record = provenance()
-    start = time.perf_counter()
     player: Player
     model: BaseAlgorithm | None = None
     if cell.method.player is not None:
         player = find_player(cell.method.player)
+        record["train_seconds"] = 0.0
     else:
-        model, resumed_at = _train(cell, progress)
+        model, watch, resumed_at = _train(cell, progress)
         record["resumed_at_env_steps"] = resumed_at
+        record["train_seconds"] = round(watch.seconds, 1)
         player = ModelPlayer(model, cell.key, cell.evaluation.deterministic)
-    record["train_seconds"] = round(time.perf_counter() - start, 1)
     start = time.perf_counter()
     chosen = cell.evaluation
     flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, chosen.traced_episodes)
@@ -107,8 +107,8 @@ def rows_as_text(rows: pd.DataFrame) -> str:
     return rows.to_csv(index=False, float_format="%.9g", lineterminator="\n")
 
 
-def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, int]:
-    """Train a cell from its start or its checkpoint; save the model. Returns it and where the training began."""
+def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, Watch, int]:
+    """Train a cell from its start or its checkpoint; save the model. Returns it, its watch and where it began."""
     num_uavs, method = cell.scenario.num_uavs, cell.method
     checkpoint = read_checkpoint(cell)
     if checkpoint is None:
@@ -135,4 +135,4 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     model.logger.close()
     with whole_file(cell.directory / "model.zip") as part:
         model.save(part)
-    return model, began
+    return model, watch, began

@@ -77,10 +77,11 @@ def whole_file(path: Path) -> Iterator[Path]:
     :param path: the file
     :return: where to write; moved into place at the end, and removed on failure
     """
-    part = path.with_name(f"part-{path.name}")
+    target = path.resolve()  # what a link points to is written, the link stays
+    part = target.with_name(f"part-{path.name}")
     try:
         yield part
-        part.replace(path)
+        part.replace(target)
     finally:
         part.unlink(missing_ok=True)
 

@@ -75,9 +75,12 @@ def find_policy(name: str) -> type[BasePolicy]:
             raise UserError(f"policy {name!r}: module {module_name!r} has no class {class_name!r}")
         classes = [found]
     else:
-        files = {path.stem: path for folder in reversed(policy_folders()) for path in folder.glob("[!_]*.py")}
+        files = {path.stem: path for folder in policy_folders() for path in folder.glob("[!_]*.py")}
         if name not in files:
             raise unknown_name("policy", name, [*files, "package.module:Class"])
+        same_name = [folder / f"{name}.py" for folder in policy_folders() if (folder / f"{name}.py").exists()]
+        if len({path.read_bytes() for path in same_name}) > 1:
+            raise UserError(f"policy {name!r} is both {str(same_name[0])!r} and one of the kit's own: rename your file")
         module = _import_file(f"policies.{name}", files[name])
         classes = [
             member

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import csv
+import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
@@ -58,6 +59,15 @@ class ProgressCSV(KVWriter):
         """Nothing is kept open."""
 
 
+class WatchState(NamedTuple):
+    """What a checkpoint keeps of a watch."""
+
+    next_record: int
+    next_evaluation: int
+    missions: list[tuple[float, bool, int, float]]
+    seconds: float
+
+
 class Watch(BaseCallback):
     """Record training missions and greedy evaluations against env steps, and report progress.
 
@@ -72,25 +82,32 @@ class Watch(BaseCallback):
         self.next_record = 0
         self.next_evaluation = 0
         self._missions: list[tuple[float, bool, int, float]] = []
+        self._start = time.perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Wall time of the training so far, that before a cut included."""
+        return time.perf_counter() - self._start
 
     @property
     def env_steps(self) -> int:
         """Joint slots played so far, over all games."""
         return self.num_timesteps // self.cell.scenario.num_uavs
 
-    def state(self) -> tuple[int, int, list[tuple[float, bool, int, float]]]:
+    def state(self) -> WatchState:
         """What a resumed training needs to watch on as if it had not been cut.
 
-        :return: when the next row and evaluation are due, and the missions not written yet
+        :return: when the next row and evaluation are due, the missions not written yet, and the seconds so far
         """
-        return self.next_record, self.next_evaluation, list(self._missions)
+        return WatchState(self.next_record, self.next_evaluation, list(self._missions), self.seconds)
 
-    def restore(self, state: tuple[int, int, list[tuple[float, bool, int, float]]]) -> None:
+    def restore(self, state: WatchState) -> None:
         """Go on from there.
 
         :param state: what :meth:`state` returned
         """
-        self.next_record, self.next_evaluation, self._missions = state
+        self.next_record, self.next_evaluation, self._missions, seconds = state
+        self._start = time.perf_counter() - seconds
 
     def _on_step(self) -> bool:
         for info in self.locals["infos"]:

@@ -95,11 +95,14 @@ def test_a_cut_training_resumes_as_if_there_had_been_no_cut(small_cell: Cell, tm
     with pytest.raises(CutError):
         run_cell(small_cell, cut_at(limit))
     assert not is_finished(small_cell)
+    before_the_cut = checkpoint.read_checkpoint(small_cell)["watch"].seconds  # type: ignore[index]
     np.random.seed(0)
     th.manual_seed(0)
     reports: list[int] = []
     run_cell(small_cell, reports.append)
     assert reports[0] == limit - 64
+    record = json.loads((small_cell.directory / "provenance.json").read_text())
+    assert record["train_seconds"] >= round(before_the_cut, 1)
     for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
         assert (small_cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
     for name, value in parameters(small_cell).items():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.registry import find_algorithm, find_player, find_policy
+from lawn_sb3.experiment.registry import REPOSITORY, find_algorithm, find_player, find_policy
 
 OWN_POLICY = '''
 import torch as th
@@ -77,3 +78,18 @@ def test_unknown_algorithms_and_players_are_refused() -> None:
         find_algorithm("mapo")
     with pytest.raises(UserError, match="did you mean 'random'"):
         find_player("randon")
+
+
+def test_a_file_named_like_one_of_the_kits_own_policies_is_refused_unless_it_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    find_policy("state_critic")
+    monkeypatch.setitem(sys.modules, "policies.state_critic", sys.modules["policies.state_critic"])  # comes back
+    (tmp_path / "policies").mkdir()
+    source = (REPOSITORY / "policies" / "state_critic.py").read_text(encoding="utf-8")
+    (tmp_path / "policies" / "state_critic.py").write_text(source, encoding="utf-8")
+    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
+    (tmp_path / "policies" / "state_critic.py").write_text(source + "# mine\n", encoding="utf-8")
+    with pytest.raises(UserError, match="rename your file"):
+        find_policy("state_critic")

@@ -1,4 +1,4 @@
-"""The results kept with the code: whole, small, without code inside, and what this code makes of them is what is kept."""
+"""The results kept with the code: whole, small, holding no code, and just what this code makes of its runs."""
 
 from __future__ import annotations
 
