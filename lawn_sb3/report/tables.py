@@ -36,6 +36,8 @@ IN_LATEX = {
 """Signs that LaTeX reads otherwise, or does not know."""
 LONGEST = 50
 """Characters of a cell beyond which its column wraps in LaTeX."""
+MOST_ROWS = 30
+"""Rows that still fit on one page."""
 _SIGNS = re.compile("|".join(re.escape(sign) for sign in sorted(IN_LATEX, key=len, reverse=True)))
 
 
@@ -69,10 +71,20 @@ class Table(NamedTuple):
     def as_latex(self) -> str:
         """Write the table for a paper, with booktabs' rules.
 
-        :return: a LaTeX table with its caption
+        :return: a LaTeX table with its caption; one of many rows is a ``longtable``, which runs over pages
         """
         cells = self.shown.map(latex_text).rename(columns=latex_text) if self.latex is None else self.latex
-        widths = ["p{0.3\\linewidth}" if cells[column].str.len().max() > LONGEST else "l" for column in cells]
+        wide = [bool(cells[column].str.len().max() > LONGEST) for column in cells]
+        share = min(0.3, 0.8 / max(sum(wide), 1))
+        widths = [f"p{{{share:.2g}\\linewidth}}" if wraps else "l" for wraps in wide]
+        if len(cells) > MOST_ROWS:
+            return cells.to_latex(
+                index=False,
+                escape=False,
+                longtable=True,
+                column_format="".join(widths),
+                caption=latex_text(self.caption),
+            )
         body = cells.to_latex(index=False, escape=False, column_format="".join(widths))
         return f"\\begin{{table}}[t]\n\\centering\n\\caption{{{latex_text(self.caption)}}}\n{body}\\end{{table}}\n"
 

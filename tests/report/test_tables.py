@@ -88,3 +88,11 @@ def test_intervals_become_columns_and_texts_again() -> None:
 @pytest.mark.parametrize(("text", "expected"), [("a < b", "a $<$ b"), ("\\", r"\textbackslash{}"), ("–", "--")])
 def test_single_signs(text: str, expected: str) -> None:
     assert latex_text(text) == expected
+
+
+def test_a_table_of_many_rows_runs_over_pages_in_latex() -> None:
+    shown = pd.DataFrame({"A": ["x"] * 31})
+    text = Table(shown, shown, "Many & more").as_latex()
+    assert text.startswith(r"\begin{longtable}")
+    assert r"\caption{Many \& more}" in text
+    assert r"\begin{table}" not in text
