@@ -19,6 +19,7 @@ from lawn_sb3.report.statistics import (
     mean_interval,
     paired_difference,
     probability_of_improvement,
+    welch_difference,
 )
 
 Matrix = NDArray[np.float64]
@@ -264,3 +265,23 @@ def test_scores_that_are_no_finite_numbers_are_refused(bad: float) -> None:
 def test_confidence_outside_of_zero_to_one_is_refused(confidence: float) -> None:
     with pytest.raises(UserError, match="must lie between 0 and 1"):
         mean_interval([0.0, 1.0], confidence=confidence)
+
+
+def test_welch_interval_by_hand() -> None:
+    # Means 2 and 0; variances 1 and 1 over three seeds each: standard error sqrt(1/3 + 1/3) = 0.8165, 4 degrees of
+    # freedom, whose 97.5 % quantile of t is 2.7764: 2 -+ 2.267.
+    found = welch_difference([1.0, 2.0, 3.0], [-1.0, 0.0, 1.0])
+    assert found == pytest.approx((2.0, -0.267, 4.267), abs=1e-3)
+
+
+def test_welch_interval_without_spread_or_with_one_seed() -> None:
+    assert welch_difference([2.0, 2.0], [1.0, 1.0, 1.0]) == (1.0, 1.0, 1.0)
+    assert np.isnan(welch_difference([2.0], [1.0, 1.0]).low)
+
+
+def test_welch_intervals_hold_the_true_difference_as_often_as_they_say() -> None:
+    rng = np.random.default_rng(0)
+    pairs = rng.normal(size=(1_000, 2, 5))
+    held = [welch_difference(first, second) for first, second in pairs]
+    # 950 of 1,000 expected, standard deviation 7.
+    assert 0.925 < np.mean([found.low <= 0.0 <= found.high for found in held]) < 0.985
