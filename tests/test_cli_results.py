@@ -101,12 +101,24 @@ def test_a_report_without_runs_points_to_the_reference(lawn: Command) -> None:
 
 
 @pytest.mark.usefixtures("folder")
-def test_an_unfinished_run_is_not_exported(lawn: Command) -> None:
+def test_an_unfinished_run_is_not_exported_and_what_is_kept_stays(lawn: Command) -> None:
+    lawn("export", "runs/tiny.yaml")
+    before = {path: path.read_bytes() for path in Path("runs/reference").rglob("*") if path.is_file()}
     Path("runs/tiny/mappo/seed-1/finished").unlink()
     refused = lawn("export", "runs/tiny.yaml")
     assert refused.status == 2
     assert "seed-1" in refused.err
-    assert not Path("runs/reference").exists()
+    assert {path: path.read_bytes() for path in Path("runs/reference").rglob("*") if path.is_file()} == before
+
+
+@pytest.mark.usefixtures("folder")
+def test_a_folder_that_is_no_export_is_not_written_to(lawn: Command) -> None:
+    Path("mine/report").mkdir(parents=True)
+    Path("mine/report/notes.txt").write_text("keep me")
+    refused = lawn("export", "runs/tiny.yaml", "--to", "mine")
+    assert refused.status == 2
+    assert "'mine' holds something else" in refused.err
+    assert [path.name for path in Path("mine").rglob("*.*")] == ["notes.txt"]
 
 
 @pytest.mark.usefixtures("folder")

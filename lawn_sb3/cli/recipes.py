@@ -86,12 +86,13 @@ def export(
     runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
     if folder.resolve() == runs.resolve():
         raise UserError(f"--to {str(folder)!r} is where the runs are")
-    shutil.rmtree(folder / "report", ignore_errors=True)
+    if folder.exists() and not (folder / "report" / "report.json").exists() and any(folder.iterdir()):
+        raise UserError(f"--to {str(folder)!r} holds something else than an earlier export: name a new folder")
     if recipe.variants:  # too many runs to keep
         _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
-        shutil.copytree(runs / "report", folder / "report")
+        shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
-    written = export_runs(cells(recipe, runs), runs, folder)
+    written = export_runs(cells(recipe, runs), runs, folder)  # refuses before anything is replaced
     _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")
 

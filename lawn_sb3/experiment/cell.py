@@ -6,6 +6,7 @@ import shutil
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 import yaml
@@ -38,9 +39,17 @@ def is_finished(cell: Cell) -> bool:
     """
     marker = cell.directory / "finished"
     try:
-        return marker.read_text(encoding="utf-8").strip() == cell.fingerprint()
-    except (OSError, ValueError):
+        if marker.read_text(encoding="utf-8").strip() != cell.fingerprint():
+            return False
+        kept = yaml.safe_load((cell.directory / "config.yaml").read_text(encoding="utf-8"))
+        return all(_agree(kept[part], cell.configuration()[part]) for part in ("method", "scenario", "evaluation"))
+    except (OSError, ValueError, KeyError, AttributeError, yaml.YAMLError):
         return False
+
+
+def _agree(kept: dict[str, Any], now: dict[str, Any]) -> bool:
+    """Whether the fields that both know have the same values: a changed default is another configuration."""
+    return all(kept[name] == now[name] for name in kept.keys() & now.keys() - {"label", "paper_row"})
 
 
 def claim_directory(cell: Cell) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch as th
+import yaml
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.errors import UserError
@@ -173,9 +174,23 @@ def test_a_finished_run_plays_as_it_was_evaluated(small_cell: Cell) -> None:
     assert (sampled["reward"] != rows["reward"]).any()
 
 
-def test_a_field_that_keeps_its_default_does_not_count_in_the_fingerprint(small_cell: Cell) -> None:
-    spelt_out = small_cell.method.model_validate({**small_cell.method.model_dump(), "continuation": "mission"})
-    assert replace(small_cell, method=spelt_out).fingerprint() == small_cell.fingerprint()
+def test_a_field_that_is_new_leaves_finished_runs_finished_and_a_changed_value_does_not(small_cell: Cell) -> None:
+    run_cell(small_cell, ignore)
+    path = small_cell.directory / "config.yaml"
+    kept = yaml.safe_load(path.read_text())
+    del kept["evaluation"]["traced_episodes"]  # as if it had been made before there was such a field
+    path.write_text(yaml.safe_dump(kept))
+    assert is_finished(small_cell)
+    kept["scenario"]["ema_beta"] = 0.2  # as if that had been the default when it was made
+    path.write_text(yaml.safe_dump(kept))
+    assert not is_finished(small_cell)
+
+
+def test_a_default_that_is_spelt_out_does_not_count_in_the_fingerprint(small_cell: Cell) -> None:
+    values = small_cell.method.model_dump(exclude_unset=True)
+    assert "continuation" in values
+    bare = Method.model_validate({key: value for key, value in values.items() if key not in ("continuation", "policy")})
+    assert replace(small_cell, method=bare).fingerprint() == small_cell.fingerprint()
     longer = small_cell.method.model_copy(update={"env_steps": 512})
     assert replace(small_cell, method=longer).fingerprint() != small_cell.fingerprint()
 
