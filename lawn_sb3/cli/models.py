@@ -148,8 +148,11 @@ def verify(
     run: Annotated[Path, typer.Argument(help="run directory of a trained model")],
     as_json: AsJson = False,
 ) -> None:
-    """Fly a run's test missions again and compare with the rows it left; exit status 1 if any differs."""
+    """Fly a run's test missions again and compare with the rows it left; exit status 1 if any differs.
+
+    Where the kept weights are rounded to half precision, one row in a hundred may differ.
+    """
     found = verify_run(run)
     print_figures(found._asdict(), as_json, f"{run}, flown again")
-    if found.rows_that_differ:
+    if not found.passed:
         fail(f"{found.rows_that_differ} of {found.rows} rows of {str(run / 'evaluation.csv')!r} come out otherwise", 1)

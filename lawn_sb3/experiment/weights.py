@@ -34,6 +34,16 @@ def save_weights(model: BaseAlgorithm, path: Path) -> None:
         np.savez_compressed(part, allow_pickle=False, **arrays)
 
 
+def are_rounded(path: Path) -> bool:
+    """Whether kept weights are in half precision, so that greedy play may differ at near ties.
+
+    :param path: what :func:`save_weights` wrote
+    :return: true if any of them is
+    """
+    with np.load(path, allow_pickle=False) as stored:
+        return any(stored[name].dtype == np.float16 for name in stored.files)
+
+
 def load_weights(model: BaseAlgorithm, path: Path) -> None:
     """Give a model the networks that :func:`save_weights` wrote; target networks become copies of them.
 

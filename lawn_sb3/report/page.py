@@ -1,4 +1,4 @@
-"""The report of a recipe: which tables, figures and verdicts it holds, all pure functions of what the runs left."""
+"""The report of a recipe: tables, figures and verdicts, from what the runs left and a few flights without training."""
 
 from __future__ import annotations
 

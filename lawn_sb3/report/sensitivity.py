@@ -44,6 +44,8 @@ def build_sensitivity(recipe: Recipe, runs: Path, command: str) -> Report:
     read = {name: read_results(own, cells(own, runs / name)) for name, own in recipe.split().items()}
     problems = [f"{name} {problem}" for name, results in read.items() for problem in results.problems]
     whole = {name: results for name, results in read.items() if results.methods}
+    if whole and next(iter(read)) not in whole:
+        raise UserError(f"no finished run of {next(iter(read))!r}, the game as it is: nothing to compare with")
     if not whole:
         raise UserError(f"no finished run to report on: {problems[0]}; run: lawn-sb3 reproduce first")
     report = Report(recipe, command, SECTIONS, problems)

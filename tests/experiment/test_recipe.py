@@ -125,3 +125,11 @@ def test_the_fingerprint_depends_on_settings_and_seed_but_not_on_labels(small_ce
     assert longer.fingerprint() != small_cell.fingerprint()
     crowded = replace(small_cell, scenario=small_cell.scenario.changed(num_uavs=5))
     assert crowded.fingerprint() != small_cell.fingerprint()
+
+
+def test_the_sensitivity_recipe_has_the_papers_methods_with_a_smaller_budget() -> None:
+    paper, other = (load_recipe(REPOSITORY / "runs" / f"{name}.yaml") for name in ("paper", "sensitivity"))
+    for key, method in other.methods.items():
+        same = paper.methods[key].model_copy(update={"env_steps": method.env_steps})
+        assert method == same, key
+    assert next(iter(other.variants.values())) == ()  # the game as it is comes first

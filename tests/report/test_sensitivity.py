@@ -83,3 +83,11 @@ def test_a_missing_run_is_named_with_its_game(varied: Path) -> None:
 def test_without_any_run_there_is_no_report(varied: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no finished run"):
         build_sensitivity(load_recipe(varied), tmp_path / "nowhere", "command")
+
+
+def test_without_the_game_as_it_is_there_is_nothing_to_compare_with(varied: Path) -> None:
+    runs = varied.with_suffix("")
+    for marker in (runs / "as-is").rglob("finished"):
+        marker.unlink()
+    with pytest.raises(UserError, match="no finished run of 'as-is'"):
+        build_sensitivity(load_recipe(varied), runs, "command")

@@ -23,7 +23,7 @@ ALTERNATIVES: dict[str, tuple[Any, ...]] = {
     "nav_weight": (0.0, 0.25, 1.0),
     "collision_penalty": (0.0, 0.5, 2.0, 5.0),
     "fail_penalty": (1.0, 2.5, 10.0),
-    "rate_unit": ("mbps",),
+    "rate_unit": ("mbps", 10.0, 100.0),
     "out_of_bounds": ("hover",),
     "arrived_uav": ("stays",),
     "arrival": ("fly-through",),
@@ -90,6 +90,8 @@ def _choices() -> dict[str, dict[str, dict[str, Any]]]:
     }
     for name, values in ALTERNATIVES.items():
         choices[name] = {_label(value): {name: value} for value in (getattr(PAPER, name), *values)}
+    # A horizon that this EMA rules out another may allow.
+    choices["bias_horizon"]["deadline, with ema_beta 0.2"] = {"bias_horizon": "deadline", "ema_beta": 0.2}
     return choices
 
 

@@ -58,7 +58,8 @@ def _tried(group: pd.DataFrame) -> str:
     """Which candidates agree, and what speaks against the others."""
     labels = group["candidate"] + np.where(group["is_preset"], " (preset)", "")
     agreeing = labels[group["verdict"] == "agrees"].tolist()
-    parts = [f"{'only ' if len(agreeing) == 1 else ''}{', '.join(agreeing) or 'no candidate'} agree"]
+    only = "only " if len(agreeing) == 1 else ""
+    parts = [f"with all others as in the preset, {only}{', '.join(agreeing) or 'no candidate'} agree"]
     parts[0] += "s" if len(agreeing) <= 1 else ": not told apart"
     for word in ("disfavoured", "ruled out"):
         against = [f"{labels[index]} by {_reason(group.loc[index])}" for index in group.index[group["verdict"] == word]]
