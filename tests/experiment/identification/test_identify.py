@@ -150,7 +150,7 @@ def test_findings_say_what_agrees_what_does_not_and_what_moves_the_same_figure(r
         "with all others as in the preset, only a (preset) agrees; ruled out: b by R̂ (z = +4.0)."
     )
     assert "R̂ of Random alone, as two do" in said["one"]
-    assert said["two"].startswith("with all others as in the preset, c (preset), d agree: not told apart.")
+    assert said["two"].startswith(f"{alone}c (preset), d agree: not told apart.")
     assert said["three"].endswith("It moves no figure of Random.")
 
 

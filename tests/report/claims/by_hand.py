@@ -1,7 +1,8 @@
 """Evidence whose every number a reader can see: a method for each part, and figures seed by seed.
 
-With two seeds the bounds of an interval over a method's seeds are the seeds themselves: a resample draws the same seed
-twice in half of all cases.
+With two seeds the bounds of a bootstrap interval over a method's seeds are the seeds themselves: a resample draws the
+same seed twice in half of all cases. Welch's interval of a difference to a method whose seeds are equal then reaches
+12.71 standard errors to both sides, the 97.5 % quantile of Student's t with 1 degree of freedom.
 """
 
 from __future__ import annotations

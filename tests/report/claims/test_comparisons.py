@@ -17,10 +17,10 @@ def lead(own: list[list[float]], other: list[list[float]]) -> Finding:
 
 
 def test_a_lead_with_its_whole_interval_is_reproduced() -> None:
-    # Seeds mean 5 and 7; QMIX 4 and 4: differences 1 and 3.
-    found = lead([[4.0, 6.0], [7.0, 7.0]], [[4.0, 4.0], [3.0, 5.0]])
+    # Seeds mean 29 and 31; QMIX 4 and 4. The variance of 2 over two seeds makes a standard error of 1: 26 +- 12.71.
+    found = lead([[28.0, 30.0], [31.0, 31.0]], [[4.0, 4.0], [3.0, 5.0]])
     assert found.verdict == "reproduced"
-    assert found.figure == "MAPPO: mean U 2.00 [1.00, 3.00] Mbps against QMIX"
+    assert found.figure == "MAPPO: mean U 26.00 [13.29, 38.71] Mbps against QMIX"
     assert found.why == "Every interval has to lie on the claimed side of 0, and does."
 
 
@@ -28,9 +28,9 @@ def test_a_lead_with_its_whole_interval_is_reproduced() -> None:
     ("own", "word"),
     [
         ([[3.0], [5.0]], "MAPPO cannot be told from QMIX"),  # differences -1 and 1
-        ([[4.0], [5.0]], "MAPPO cannot be told from QMIX"),  # 0 and 1: an interval that touches 0 shows nothing
-        ([[4.0], [4.0]], "MAPPO cannot be told from QMIX"),  # equal
-        ([[2.0], [3.0]], "MAPPO does worse than QMIX"),  # -2 and -1
+        ([[15.0], [17.0]], "MAPPO cannot be told from QMIX"),  # 12 +- 12.71, though both seeds are ahead
+        ([[4.0], [4.0]], "MAPPO cannot be told from QMIX"),  # equal: an interval that touches 0 shows nothing
+        ([[-10.0], [-8.0]], "MAPPO does worse than QMIX"),  # -13 +- 12.71
     ],
 )
 def test_a_lead_that_is_not_shown_is_not_reproduced(own: list[list[float]], word: str) -> None:
@@ -97,7 +97,14 @@ def test_one_seed_gives_no_interval_and_no_verdict() -> None:
 
 
 def test_methods_may_have_different_numbers_of_seeds() -> None:
-    assert lead([[5.0], [6.0], [7.0]], [[4.0], [4.0]]).figure.startswith("MAPPO: mean U 2.00 [")
+    # Variance 1 over three seeds: standard error 0.577. With 2 degrees of freedom 4.303 of them count: 2 +- 2.48.
+    found = lead([[5.0], [6.0], [7.0]], [[4.0], [4.0]])
+    assert found.figure == "MAPPO: mean U 2.00 [-0.48, 4.48] Mbps against QMIX"
+
+
+def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
+    found = lead([[1.0, 101.0], [101.0, 1.0]], [[0.0, 100.0], [100.0, 0.0]])
+    assert found.figure == "MAPPO: mean U 1.00 [1.00, 1.00] Mbps against QMIX"
 
 
 @pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "not reproduced")])

@@ -91,6 +91,16 @@ def test_fluctuation_is_the_mean_change_in_the_second_half() -> None:
     assert fluctuates_more(found, "mappo", ["qmix"]).verdict == "not reproduced"
 
 
+def test_more_fluctuation_that_may_be_chance_is_not_shown() -> None:
+    # Changes of 2 and 4 against 1 and 1: mean 2, standard error 1, and 12.71 of them count with two seeds.
+    found = evidence(
+        curves=[trained("qmix", [50, 50, 52, 50], [50, 50, 54, 50]), trained("mappo", *[[50, 50, 51, 50]] * 2)]
+    )
+    finding = fluctuates_more(found, "qmix", ["mappo"])
+    assert finding.verdict == "not reproduced"
+    assert "(2.00 [-10.71, 14.71])" in finding.why
+
+
 def test_curves_that_never_change_do_not_fluctuate_more_than_each_other() -> None:
     flat = evidence(curves=[trained(role, *[[100] * 4] * 2) for role in ("qmix", "mappo")])
     assert fluctuates_more(flat, "qmix", ["mappo"]).verdict == "not reproduced"
@@ -150,20 +160,38 @@ def test_a_decline_is_described_by_peak_end_and_loss() -> None:
         declines(evidence(curves=[trained("iql", [60, 20])]), "iql", 5)
 
 
-def test_figures_that_rank_evaluations_alike_rise_together() -> None:
-    names = ["greedy/reward", "greedy/utility_mbps"]
+RISING = ["greedy/reward", "greedy/utility_mbps"]
 
-    def shown(utility: Sequence[float]) -> Evidence:
-        reward = trained("mappo", *[[1, 2, 3]] * 2, column=names[0])
-        other = trained("mappo", *[utility] * 2, column=names[1])
-        return evidence(curves=[reward.merge(other)])
 
-    finding = rises_together(shown([10, 20, 90]), ["mappo"], names, 0.5)
-    assert finding.verdict == "reproduced"
-    assert finding.figure == "MAPPO: rank correlation 1.00 [1.00, 1.00]"
-    # Ranks 1, 2, 3 against 1, 3, 2: 1 - 6 (0 + 1 + 1) / (3 * 8) = 0.5, which is not above 0.5.
-    finding = rises_together(shown([10, 90, 20]), ["mappo"], names, 0.5)
-    assert finding.verdict == "not reproduced"
-    assert "0.50" in finding.figure
-    with pytest.raises(CannotTellError, match="points that differ"):  # a constant has no rank correlation
-        rises_together(shown([10, 10, 10]), ["mappo"], names, 0.5)
+def rising(utility: Sequence[float]) -> Evidence:
+    """Two equal seeds of V(x) whose reward rises from evaluation to evaluation."""
+    reward = trained("mappo", *[range(1, len(utility) + 1)] * 2, column=RISING[0])
+    return evidence(curves=[reward.merge(trained("mappo", *[utility] * 2, column=RISING[1]))])
+
+
+@pytest.mark.parametrize(
+    ("utility", "whole", "late", "verdict"),
+    [
+        ([10, 20, 30, 40, 90], "1.00", "1.00", "reproduced"),
+        # Ranks 1, 2, 3, 5, 4: 1 - 6 (1 + 1) / (5 * 24) = 0.9; the last three as 1, 3, 2: 1 - 6 (1 + 1) / (3 * 8) = 0.5,
+        # which is not above 0.5.
+        ([10, 20, 30, 90, 40], "0.90", "0.50", "partly"),
+        # Ranks 5, 4, 1, 2, 3: 1 - 6 (16 + 4 + 4 + 4 + 4) / (5 * 24) = -0.6.
+        ([90, 80, 10, 20, 30], "-0.60", "1.00", "partly"),
+        ([50, 40, 30, 20, 10], "-1.00", "-1.00", "not reproduced"),
+    ],
+)
+def test_figures_rise_together_if_they_rank_evaluations_alike_early_and_late(
+    utility: list[float], whole: str, late: str, verdict: str
+) -> None:
+    finding = rises_together(rising(utility), ["mappo"], RISING, 0.5)
+    assert finding.verdict == verdict
+    assert finding.figure == (
+        f"MAPPO: rank correlation {whole} [{whole}, {whole}], in the second half of training {late} [{late}, {late}]"
+    )
+
+
+@pytest.mark.parametrize("utility", [[10, 10, 10, 10, 10], [10, 20, 30, 30, 30], [10, 20, 30]])
+def test_constants_and_two_points_have_no_rank_correlation(utility: list[float]) -> None:
+    with pytest.raises(CannotTellError, match="points that differ"):
+        rises_together(rising(utility), ["mappo"], RISING, 0.5)

@@ -24,11 +24,11 @@ def test_missing_methods_make_a_claim_not_testable() -> None:
 
 
 def test_runs_that_do_not_fit_together_make_it_not_testable_too() -> None:
-    # One mission against two: no pairs.
+    # One mission against two.
     found = evidence(flown("mappo", reward=[[1.0]] * 2), flown("qmix", reward=[[1.0, 2.0]] * 2))
     finding = judge(CLAIM, found)
     assert finding.verdict == "not testable"
-    assert "need the same missions" in finding.why
+    assert finding.why == "Needs MAPPO and QMIX on the same missions."
 
 
 def test_claims_are_judged_in_order() -> None:

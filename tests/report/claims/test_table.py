@@ -25,7 +25,8 @@ def test_the_table_shows_claim_verdict_measure_and_reason() -> None:
         {**said, "Verdict": "partly", "Measured": "range over seeds: 1 of 2", "Why": "It is."},
         {**said, "Verdict": "not testable", "Measured": "range over seeds", "Why": "It is."},
     ]
-    assert table.caption == CAPTION
+    assert table.caption == CAPTION.format(count=2)
+    assert "There are 2 claims, and verdicts are not corrected for their number." in table.caption
 
 
 def test_machines_get_every_part_in_a_column_of_its_own() -> None:
