@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.experiment.paper import TABLE_II, PaperRow
 from lawn_sb3.report.claims.claim import CannotTellError, Evidence, Finding, Verdict
-from lawn_sb3.report.statistics import Interval, paired_difference
+from lawn_sb3.report.statistics import Interval, welch_difference
 
 
 class Quantity(NamedTuple):
@@ -119,10 +119,13 @@ def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Inte
     :param quantity: a key of ``QUANTITIES``
     :param role: the part
     :param other: the other part
-    :return: the mean difference and its interval over seeds
-    :raises CannotTellError: if one of them has a single seed
+    :return: the mean difference and Welch's interval over seeds
+    :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
     """
-    return known(paired_difference(scores(evidence, role, quantity), scores(evidence, other, quantity)))
+    own, others = (scores(evidence, part, quantity) for part in (role, other))
+    if own.shape[1] != others.shape[1]:
+        raise CannotTellError(f"needs {evidence.label(role)} and {evidence.label(other)} on the same missions")
+    return seed_difference(own.mean(axis=1), others.mean(axis=1))
 
 
 def seed_difference(own: NDArray[np.float64], others: NDArray[np.float64]) -> Interval:
@@ -130,10 +133,10 @@ def seed_difference(own: NDArray[np.float64], others: NDArray[np.float64]) -> In
 
     :param own: one figure a seed [S1]
     :param others: the same of another method [S2]
-    :return: the difference and its interval
+    :return: the difference and Welch's interval
     :raises CannotTellError: if one of them has a single seed
     """
-    return known(paired_difference(own[:, None], others[:, None]))
+    return known(welch_difference(own, others))
 
 
 def higher(

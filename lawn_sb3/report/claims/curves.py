@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from lawn_sb3.report.claims.claim import CannotTellError, Evidence, Finding
@@ -168,26 +169,32 @@ def declines(evidence: Evidence, role: str, by: float) -> Finding:
 
 
 def rises_together(evidence: Evidence, of: list[str], columns: list[str], above: float) -> Finding:
-    """Whether two figures of the evaluations during training rank them alike.
+    """Whether two figures of the evaluations rank them alike, in the whole training and in its second half.
 
     :param evidence: what the runs left
     :param of: the parts of the method's forms
     :param columns: the two columns of ``progress.csv``
     :param above: the rank correlation that has to be exceeded
-    :return: the finding
-    :raises CannotTellError: if a seed has fewer than three evaluations, or a figure that never changes
+    :return: the finding; for each form the whole training and its second half count apart
+    :raises CannotTellError: if a half has fewer than three evaluations, or a figure that never changes
     """
     figures, held = [], []
     for role in of:
-        seeds = zip(*(curve(evidence, role, name) for name in columns), strict=True)
-        found = known(mean_interval([_rank_correlation(first, second) for first, second in seeds]))
-        figures.append(f"{evidence.label(role)}: rank correlation {found.text(2)}")
-        held.append(found.low > above)
+        pairs = zip(*(curve(evidence, role, name) for name in columns), strict=True)
+        seeds: list[NDArray[np.float64]] = [
+            pd.concat(pair, axis=1, join="inner").to_numpy() for pair in pairs
+        ]  # [P, 2]
+        whole = known(mean_interval([_rank_correlation(points) for points in seeds]))
+        late = known(mean_interval([_rank_correlation(points[len(points) // 2 :]) for points in seeds]))
+        figures.append(
+            f"{evidence.label(role)}: rank correlation {whole.text(2)}, in the second half of training {late.text(2)}"
+        )
+        held += [whole.low > above, late.low > above]
     return Finding(combine(held), "; ".join(figures), f"Every interval has to lie above {above:g}: {counted(held)}.")
 
 
-def _rank_correlation(first: pd.Series, second: pd.Series) -> float:
-    both = pd.concat([first, second], axis=1, join="inner").to_numpy()
-    if len(both) < 3 or (np.ptp(both, axis=0) == 0.0).any():
-        raise CannotTellError("needs learning curves of at least three points that differ")
-    return float(spearmanr(both[:, 0], both[:, 1])[0])
+def _rank_correlation(points: NDArray[np.float64]) -> float:
+    """Spearman's rank correlation of the two columns of an array [P, 2]."""
+    if len(points) < 3 or (np.ptp(points, axis=0) == 0.0).any():
+        raise CannotTellError("needs learning curves of which each half has three points that differ")
+    return float(spearmanr(points[:, 0], points[:, 1])[0])

@@ -145,6 +145,7 @@ def test_findings_say_what_agrees_what_does_not_and_what_moves_the_same_figure(r
     tried = table(
         {"one": [("a", 0.5), ("b", 4.0)], "two": [("c", 0.5), ("d", -1.5)], "three": [("e", 0.0), ("f", 0.1)]}
     )
+    alone = "with all others as in the preset, "
     said = findings(tried, result.others, result.bounds, result.linear, (None, 112.0))
     assert said["one"].startswith(
         "with all others as in the preset, only a (preset) agrees; ruled out: b by R̂ (z = +4.0)."
