@@ -204,9 +204,10 @@ def test_bad_input_gets_one_line_and_status_2(
 
 def test_a_file_that_cannot_be_written_is_named_with_status_1(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("", encoding="utf-8")
-    done = lawn("evaluate", "--player", "random", "--episodes", "2", "--rows", tmp_path / "file" / "rows.csv")
+    path = tmp_path / "file" / "rows.csv"
+    done = lawn("evaluate", "--player", "random", "--episodes", "2", "--rows", path)
     assert done.returncode == 1
-    assert "rows.csv" in done.stderr
+    assert str(path) in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
 
 
@@ -216,6 +217,14 @@ def test_rows_written_through_a_link_go_where_it_points(tmp_path: Path) -> None:
     assert done.returncode == 0
     assert (tmp_path / "link.csv").is_symlink()
     assert len((tmp_path / "rows.csv").read_text().splitlines()) == 1 + 2 * 4
+
+
+def test_a_folder_that_holds_something_else_is_not_trained_into(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("keep me", encoding="utf-8")
+    done = lawn("train", "--out", tmp_path)
+    assert done.returncode == 2
+    assert "holds other files than a run's" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
 
 
 def test_a_scenario_is_printed_as_yaml_that_reads_back(tmp_path: Path) -> None:

@@ -69,6 +69,8 @@ def train(
     cell = Cell(out.resolve().name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():
+        raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
     if is_finished(cell):
         say(f"{out} holds this run already, finished")
         return

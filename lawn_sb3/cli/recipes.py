@@ -59,6 +59,7 @@ def report_command(
     runs: Annotated[
         Path | None, typer.Option(help="where the runs are, such as runs/reference/paper; default: runs/NAME")
     ] = None,
+    out: Annotated[Path | None, typer.Option(help="folder to write; default: report/ beside the runs")] = None,
 ) -> None:
     """Rebuild tables, figures and verdicts from what the runs of a recipe left; nothing is trained."""
     recipe = load_recipe(recipe_path)
@@ -68,9 +69,9 @@ def report_command(
         hint = (
             f"; the reference results are in {str(reference)!r}: add --runs {reference}" if reference.is_dir() else ""
         )
-        raise UserError(f"--runs {str(chosen)!r} is no folder{hint}")
+        raise UserError(f"no runs in {str(chosen)!r}: run lawn-sb3 reproduce {recipe_path} first{hint}")
     command = f"lawn-sb3 report {recipe_path.as_posix()}" + (f" --runs {runs.as_posix()}" if runs else "")
-    _report(recipe, chosen, command)
+    _report(recipe, chosen, command, out)
 
 
 @app.command()
@@ -101,7 +102,7 @@ def _reference(recipe_path: Path, recipe: Recipe) -> Path:
     return recipe_path.parent / "reference" / recipe.name
 
 
-def _report(recipe: Recipe, runs: Path, command: str) -> Results | None:
+def _report(recipe: Recipe, runs: Path, command: str, out: Path | None = None) -> Results | None:
     """Build, write and announce the report; returns what it was made of, if the recipe has but one game."""
     results = None
     if recipe.variants:
@@ -110,13 +111,14 @@ def _report(recipe: Recipe, runs: Path, command: str) -> Results | None:
     else:
         report, results = build_report(recipe, cells(recipe, runs), command)
         main, shows = "table2", "Table II; the paper's values in parentheses"
-    write_report(report, runs / "report")
+    folder = out or runs / "report"
+    write_report(report, folder)
     print_table(report.tables[main].shown, f"{recipe.title or recipe.name}: {shows}")
     for text in report.summary:
         say(text)
     for problem in report.problems:
         say(f"not in the report: {problem}", "yellow")
-    say(f"report: {runs / 'report' / 'README.md'}")
+    say(f"report: {folder / 'README.md'}")
     return results
 
 

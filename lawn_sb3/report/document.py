@@ -39,7 +39,7 @@ class Report:
 
 
 def write_report(report: Report, folder: Path) -> None:
-    """Write tables, figures, page and JSON.
+    """Write tables, figures, page and JSON; tables and figures of an earlier report that this one lacks are removed.
 
     :param report: the report
     :param folder: where to
@@ -51,6 +51,10 @@ def write_report(report: Report, folder: Path) -> None:
         save(figure, folder, name)
     write_text(folder / "report.json", json.dumps(for_machines(report), indent=1, ensure_ascii=False) + "\n")
     write_text(folder / "README.md", page(report))
+    made = {*report.tables, *report.figures}
+    for name in {name for names in report.sections.values() for name in names} - made:
+        for ending in ("md", "csv", "tex", "png", "pdf"):
+            (folder / f"{name}.{ending}").unlink(missing_ok=True)
 
 
 def for_machines(report: Report) -> dict[str, Any]:

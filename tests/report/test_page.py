@@ -121,6 +121,7 @@ def test_a_damaged_file_is_named_and_the_report_is_made_of_the_rest(
 def test_players_that_do_not_learn_make_a_report_of_their_own(
     recipe: Recipe, small_cells: list[Cell], tmp_path: Path
 ) -> None:
+    reported(recipe, small_cells, tmp_path / "report")  # with learners: their tables must not stay
     alone = recipe.model_copy(update={"methods": {"random": recipe.methods["random"]}})
     page = reported(alone, [cell for cell in small_cells if cell.key == "random"], tmp_path / "report")
     assert "fig3_utility_cdf.png" in page
