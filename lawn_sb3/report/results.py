@@ -127,7 +127,8 @@ def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
     parts: dict[str, list[pd.DataFrame]] = {"episodes": [], "curves": [], "slots": [], "paths": [], "sampled": []}
     for cell in cells:
         if not (cell.directory / "config.yaml").exists():
-            results.problems.append(f"{cell.title}: no run yet")
+            other = cell.directory.exists() and (not cell.directory.is_dir() or any(cell.directory.iterdir()))
+            results.problems.append(f"{cell.title}: {'no config.yaml there: not a run' if other else 'no run yet'}")
             continue
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")

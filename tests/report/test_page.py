@@ -97,7 +97,7 @@ def test_smoothing_averages_the_last_points_of_each_seed() -> None:
         ("progress.csv", "nothing\n1\n", "progress.csv"),
         ("paths.csv", "x", "paths.csv"),
         ("finished", "0123456789abcdef\n", "another configuration"),
-        ("config.yaml", None, "no run yet"),
+        ("config.yaml", None, "no config.yaml there: not a run"),
     ],
 )
 def test_a_damaged_file_is_named_and_the_report_is_made_of_the_rest(

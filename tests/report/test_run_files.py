@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+import yaml
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe
@@ -114,6 +115,7 @@ def test_a_recipe_that_samples_anyway_needs_no_second_evaluation(recipe: Recipe,
     cell = Cell(damaged.key, damaged.method, 1, damaged.scenario, sampling, damaged.directory)
     (damaged.directory / "evaluation_sampled.csv").unlink()
     (damaged.directory / "finished").write_text(cell.fingerprint())
+    (damaged.directory / "config.yaml").write_text(yaml.safe_dump(cell.configuration()))
     assert read_results(recipe, [cell]).problems == []
 
 
