@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.cli.commands import app
-from lawn_sb3.experiment.registry import REPOSITORY, find_policy
+from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.report.claims import load_claims
 
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")

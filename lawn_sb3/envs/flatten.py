@@ -7,7 +7,7 @@ and the adapter turns that into SB3's conventions.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from lawn_sb3.envs.training_env import Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
+from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import Scenario
 
@@ -131,6 +132,9 @@ class FlatVecEnv(VecEnvWrapper):
         :return: the results, one a slot; slots of one environment share its result
         """
         slots = self._indices(indices)
+        if method_name == "action_masks":  # sb3-contrib asks every slot for its own
+            masks = np.concatenate([game.action_masks() for game in self.games])
+            return [masks[slot] for slot in self._get_indices(indices)]
         results = {
             game: getattr(self.games[game], method_name)(*method_args, **method_kwargs) for game in dict.fromkeys(slots)
         }
@@ -154,6 +158,8 @@ def make_vec_env(
     seed: int | None = None,
     continuation: Continuation = "mission",
     timeout: Timeout = "terminal",
+    without_reward: Collection[RewardTerm] = (),
+    with_index: bool = False,
 ) -> FlatVecEnv:
     """Flatten the game into a vector environment for SB3, through SuperSuit.
 
@@ -163,12 +169,14 @@ def make_vec_env(
     :param seed: seed of the missions
     :param continuation: ``mission`` (a new mission at once) or ``episode`` (wait for the game to restart)
     :param timeout: ``terminal`` (eq:terminal) or ``truncated`` (SB3 then bootstraps the value)
+    :param without_reward: terms of the reward that the learner is not given: ``rate``, ``nav``, ``col``, ``term``
+    :param with_index: append each UAV's index to its observation
     :return: a vector environment of copies * G * N slots
     :raises UserError: if an argument is not allowed
     """
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
-    games = TrainingEnv(scenario, num_games, continuation, timeout, seed)
+    games = TrainingEnv(scenario, num_games, continuation, timeout, seed, without_reward, with_index)
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"
     )

@@ -1,6 +1,7 @@
 """What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
 
-Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it.
+Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it. A policy that asks for it
+also gets the UAV's index i behind them.
 """
 
 from __future__ import annotations
@@ -30,14 +31,16 @@ CELL = 4  # numbers a GBS contributes: load, position
 
 @dataclass(frozen=True)
 class ObservationLayout:
-    """Where everything lies in the flat observation [o_i | x].
+    """Where everything lies in the flat observation [o_i | x], or [o_i | x | i] with the UAV's index, one-hot.
 
     :param num_uavs: N
     :param num_gbs: M
+    :param with_index: whether the UAV's index follows
     """
 
     num_uavs: int
     num_gbs: int
+    with_index: bool = False
 
     @property
     def local_dim(self) -> int:
@@ -51,8 +54,8 @@ class ObservationLayout:
 
     @property
     def flat_dim(self) -> int:
-        """Length of the flat observation [o_i | x]."""
-        return self.local_dim + self.state_dim
+        """Length of the flat observation [o_i | x], with the index if it has one."""
+        return self.local_dim + self.state_dim + self.num_uavs * self.with_index
 
     @property
     def local(self) -> slice:
@@ -62,7 +65,12 @@ class ObservationLayout:
     @property
     def state(self) -> slice:
         """Columns of x in the flat observation."""
-        return slice(self.local_dim, self.flat_dim)
+        return slice(self.local_dim, self.local_dim + self.state_dim)
+
+    @property
+    def index(self) -> slice:
+        """Columns of the UAV's index in the flat observation; empty without one."""
+        return slice(self.local_dim + self.state_dim, self.flat_dim)
 
     @property
     def position(self) -> slice:
@@ -108,7 +116,7 @@ class ObservationLayout:
         return spaces.Box(-np.inf, np.inf, (self.state_dim,), np.float32)
 
     def flat_space(self) -> spaces.Box:
-        """Gymnasium space of [o_i | x]."""
+        """Gymnasium space of the flat observation."""
         return spaces.Box(-np.inf, np.inf, (self.flat_dim,), np.float32)
 
 
@@ -116,10 +124,11 @@ class Observer:
     """Reads observations off a simulator's state, in units that are the same for all methods.
 
     :param scenario: the scenario
+    :param with_index: append each UAV's index
     """
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs)
+    def __init__(self, scenario: Scenario, with_index: bool = False) -> None:
+        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, with_index)
         self._rate_unit_mbps = rate_unit_mbps(scenario)
         voxels = (scenario.gbs_positions - scenario.voxel_centre((0, 0, 0))) / scenario.voxel_size_m
         self._gbs = (voxels / POSITION_UNIT_VOXELS).astype(np.float32)  # [M, 3]
@@ -157,7 +166,7 @@ class Observer:
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
     def flat(self, state: State) -> Floats32:
-        """Flat observations [o_i | x].
+        """Flat observations [o_i | x], with the index if the layout has one.
 
         :param state: state of G games
         :return: one observation a UAV [G, N, flat_dim]
@@ -170,4 +179,6 @@ class Observer:
         x = flat[..., self.layout.state]
         x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
         x[..., self.layout.state_cells] = cells[:, None]
+        if self.layout.with_index:
+            flat[..., self.layout.index] = np.eye(num_uavs, dtype=np.float32)
         return flat

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, ClassVar, Literal, get_args
 
 import numpy as np
@@ -11,6 +12,8 @@ from pettingzoo import ParallelEnv
 
 from lawn_sb3.envs.observation import Observer
 from lawn_sb3.errors import unknown_name
+from lawn_sb3.game.airspace import moves_inside
+from lawn_sb3.game.kernel import REWARD_TERMS, RewardTerm
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
 from lawn_sb3.scenario import Scenario
 
@@ -44,6 +47,9 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param continuation: how UAVs that are done go on
     :param timeout: whether missing the deadline is a terminal state, as eq:terminal has it, or a truncation
     :param seed: seed of the missions
+    :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
+        ``episode`` counts them all the same
+    :param with_index: append each UAV's index to its observation
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
@@ -56,11 +62,13 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         continuation: Continuation = "mission",
         timeout: Timeout = "terminal",
         seed: int | None = None,
+        without_reward: Collection[RewardTerm] = (),
+        with_index: bool = False,
     ) -> None:
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
         self.simulator = Simulator(scenario, num_games, seed, continuation)
-        self.observer = Observer(scenario)
+        self.observer = Observer(scenario, with_index)
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
         self.agents = list(self.possible_agents)
@@ -68,6 +76,10 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         self._action_space = spaces.Discrete(self.simulator.num_actions)
         self._never = dict.fromkeys(self.possible_agents, False)
         self._reward_sum = np.zeros((num_games, scenario.num_uavs))
+        for term in without_reward:
+            if term not in REWARD_TERMS:
+                raise unknown_name("reward term", term, REWARD_TERMS)
+        self._given = [k for k, term in enumerate(REWARD_TERMS) if term not in without_reward]
 
     def observation_space(self, agent: str) -> spaces.Box:
         """Space of the flat observation, the same for all agents."""
@@ -102,13 +114,22 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         """
         chosen = np.fromiter((actions[agent] for agent in self.agents), dtype=np.int64, count=len(self.agents))
         outcome = self.simulator.step(chosen.reshape(self._reward_sum.shape))
-        rewards = outcome.reward_terms.sum(axis=-1)
-        self._reward_sum += rewards
+        self._reward_sum += outcome.reward_terms.sum(axis=-1)
+        rewards = outcome.reward_terms[..., self._given].sum(axis=-1)
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
         self._report_ends(outcome.arrived, outcome.timed_out, outcome.utility_mbps, infos)
         self.simulator.go_on()
         reward_of = dict(zip(self.agents, rewards.ravel().tolist(), strict=True))
         return self._observe(), reward_of, dict(self._never), dict(self._never), infos
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Which moves stay inside the airspace, as sb3-contrib's ``MaskablePPO`` asks.
+
+        :return: true for a move that does [G * N, A]
+        """
+        state, rules = self.simulator.state, self.simulator.rules
+        masks = moves_inside(state.position, rules.actions, rules.grid)
+        return masks.reshape(len(self.agents), -1)
 
     def _report_ends(
         self,

@@ -13,12 +13,11 @@ import yaml
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
-from lawn_sb3.envs import make_vec_env
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
-from lawn_sb3.experiment.players import ModelPlayer, build_model
+from lawn_sb3.experiment.players import ModelPlayer, build_model, training_env
 from lawn_sb3.experiment.provenance import provenance, whole_file, write_json, write_text
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.watching import ProgressCSV, Watch
 from lawn_sb3.game.player import Player
@@ -49,7 +48,7 @@ def is_finished(cell: Cell) -> bool:
 
 def _agree(kept: dict[str, Any], now: dict[str, Any]) -> bool:
     """Whether the fields that both know have the same values: a changed default is another configuration."""
-    return all(kept[name] == now[name] for name in kept.keys() & now.keys() - {"label", "paper_row"})
+    return all(kept[name] == now[name] for name in kept.keys() & now.keys() - set(NOT_IN_RESULTS))
 
 
 def claim_directory(cell: Cell) -> None:
@@ -120,12 +119,7 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     """Train a cell from its start or its checkpoint; save the model. Returns it, its watch and where it began."""
     num_uavs, method = cell.scenario.num_uavs, cell.method
     checkpoint = read_checkpoint(cell)
-    if checkpoint is None:
-        model = build_model(cell)
-    else:
-        env = make_vec_env(cell.scenario, method.num_games, seed=cell.seed, continuation=method.continuation)
-        model = resume_model(cell, checkpoint, env)
-    began = model.num_timesteps // num_uavs
+    model = build_model(cell) if checkpoint is None else resume_model(cell, checkpoint, training_env(cell))
     watch = Watch(cell, progress)
     if checkpoint is not None:
         watch.restore(checkpoint["watch"])

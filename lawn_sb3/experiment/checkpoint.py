@@ -15,9 +15,10 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from lawn_sb3.envs import FlatVecEnv
+from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.provenance import whole_file
 from lawn_sb3.experiment.recipe import Cell
-from lawn_sb3.experiment.registry import find_algorithm, find_policy
+from lawn_sb3.experiment.registry import find_algorithm
 from lawn_sb3.experiment.watching import Watch
 
 PENDING = ("name_to_value", "name_to_count", "name_to_excluded")
@@ -141,9 +142,9 @@ def resume_model(cell: Cell, state: dict[str, Any], env: FlatVecEnv) -> BaseAlgo
     """
     assert cell.method.algo is not None
     assert cell.method.policy is not None
-    find_policy(cell.method.policy)  # the saved model names the policy's module, which must be known by then
+    policy = find_policy(cell.method.policy)  # the saved model names its module, which must be known by then
     env.reset()
-    model = find_algorithm(cell.method.algo).load(
+    model = find_algorithm(cell.method.algo, policy).load(
         io.BytesIO(state["model"]), env=env, device=cell.method.settings.get("device", "cpu"), force_reset=False
     )
     if isinstance(model, HasMemory):

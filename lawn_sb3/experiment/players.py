@@ -11,14 +11,18 @@ from typing import Any
 import numpy as np
 import yaml
 from numpy.typing import NDArray
+from sb3_contrib import MaskablePPO
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
 
-from lawn_sb3.envs import Observer, make_vec_env
+from lawn_sb3.algos.iql import IQL
+from lawn_sb3.envs import FlatVecEnv, ObservationLayout, Observer, make_vec_env
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
-from lawn_sb3.experiment.registry import find_algorithm, find_player, find_policy
+from lawn_sb3.experiment.registry import find_algorithm, find_player
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
+from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import Scenario
@@ -40,12 +44,27 @@ class ModelPlayer:
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
         """Get ready to observe the games; sampled actions are seeded.
 
+        The games may have another number of UAVs than the model was trained with, as o_i is the same for every N: the
+        model is then given zeros for x, which no actor reads.
+
         :param simulator: the games
         :param rng: source of the seed
+        :raises UserError: if the model cannot play these games
         """
-        self._observer = Observer(simulator.scenario)
+        self._layout = training_layout(self.model)
+        self._observer = Observer(simulator.scenario, self._layout.with_index)
+        self._is_moved = self._observer.layout != self._layout
+        if self._is_moved and not (fits_any_num_uavs(self.model) and self._same_cells()):
+            trained, asked = (
+                f"{layout.num_uavs} UAVs and {layout.num_gbs} GBSs" for layout in (self._layout, self._observer.layout)
+            )
+            raise UserError(f"{self.name} was trained for {trained} and cannot play with {asked}")
+        self._memory: Any = None
         if not self.deterministic:
             self.model.set_random_seed(int(rng.integers(2**31)))
+
+    def _same_cells(self) -> bool:
+        return self._observer.layout.num_gbs == self._layout.num_gbs
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
         """Ask the model.
@@ -53,9 +72,63 @@ class ModelPlayer:
         :param simulator: the games
         :return: indices into the action table [G, N]
         """
-        flat = self._observer.flat(simulator.state)
-        actions, _ = self.model.predict(flat.reshape(-1, flat.shape[-1]), deterministic=self.deterministic)
+        state, rules = simulator.state, simulator.rules
+        flat = self._observer.flat(state)
+        if self._is_moved:
+            local = flat[..., self._layout.local]
+            flat = np.zeros((*local.shape[:2], self._layout.flat_dim), dtype=np.float32)
+            flat[..., self._layout.local] = local
+        more: dict[str, Any] = {}
+        if isinstance(self.model, MaskablePPO):
+            masks = moves_inside(state.position, rules.actions, rules.grid)
+            more["action_masks"] = masks.reshape(-1, simulator.num_actions)
+        actions, self._memory = self.model.predict(
+            flat.reshape(-1, flat.shape[-1]),
+            state=self._memory,
+            episode_start=(state.slot == 0).ravel(),
+            deterministic=self.deterministic,
+            **more,
+        )
         return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
+
+
+def training_layout(model: BaseAlgorithm) -> ObservationLayout:
+    """What the observations of a model look like.
+
+    :param model: a model with its training environment
+    :return: their layout
+    """
+    assert model.env is not None
+    layout: ObservationLayout = model.env.get_attr("layout", [0])[0]
+    return layout
+
+
+def fits_any_num_uavs(model: BaseAlgorithm) -> bool:
+    """Whether the actor of a model can be flown with another number of UAVs than it was trained with.
+
+    :param model: a model with its training environment
+    :return: false if UAVs have networks of their own
+    """
+    own_networks = isinstance(model, IQL) and not model.share_parameters
+    return not own_networks and not training_layout(model).with_index
+
+
+def training_env(cell: Cell) -> FlatVecEnv:
+    """The environment that a cell is trained in.
+
+    :param cell: the cell
+    :return: its vector environment
+    """
+    method = cell.method
+    assert method.policy is not None
+    return make_vec_env(
+        cell.scenario,
+        method.num_games,
+        seed=cell.seed,
+        continuation=method.continuation,
+        without_reward=method.without_reward,
+        with_index=getattr(find_policy(method.policy), "needs_index", False),
+    )
 
 
 def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
@@ -64,15 +137,16 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     :param cell: the cell
     :param arguments: what else to give the algorithm
     :return: the model
-    :raises UserError: if the algorithm refuses its settings
+    :raises UserError: if the policy cannot be built, or the algorithm refuses its settings
     """
     method = cell.method
     assert method.algo is not None
     assert method.policy is not None
-    env = make_vec_env(cell.scenario, method.num_games, seed=cell.seed, continuation=method.continuation)
+    policy = find_policy(method.policy)
+    algorithm = find_algorithm(method.algo, policy)
     settings = {"device": "cpu", **method.arguments(), **arguments}
     try:
-        return find_algorithm(method.algo)(find_policy(method.policy), env, seed=cell.seed, **settings)
+        return algorithm(policy, training_env(cell), seed=cell.seed, **settings)
     except UserError:
         raise
     except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:

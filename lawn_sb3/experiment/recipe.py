@@ -7,19 +7,23 @@ import inspect
 import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from stable_baselines3.common.utils import LinearSchedule
 
 import lawn_sb3
 from lawn_sb3.errors import UserError, explain, unknown_name
-from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, find_algorithm, find_policy
+from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, accepted_settings, find_algorithm
+from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
 SHARED = "shared network"
+NOT_IN_RESULTS = ("label", "paper_row", "baseline")
+"""Fields of a method that change nothing in what its runs leave."""
 
 
 class Evaluation(BaseModel):
@@ -55,6 +59,10 @@ class Method(BaseModel):
     num_games: int = Field(64, ge=1, le=100_000, description="games played side by side in training")
     continuation: Continuation = Field("mission", description="how UAVs that are done go on in training")
     settings: dict[str, Any] = Field({}, description="keyword arguments of the algorithm; lin_X anneals X to 0")
+    without_reward: tuple[RewardTerm, ...] = Field(
+        (), description="terms of the reward that training leaves out; the evaluation counts them all"
+    )
+    baseline: str | None = Field(None, description="method of the same recipe that this one is an ablation of")
 
     @model_validator(mode="before")
     @classmethod
@@ -87,9 +95,10 @@ class Method(BaseModel):
         if self.player is not None:
             if self.player not in PLAYERS:
                 raise unknown_name("player", self.player, PLAYERS)
-            if self.env_steps or self.settings or self.policy:
+            if self.env_steps or self.settings or self.policy or self.without_reward or self.baseline:
                 raise ValueError(
-                    f"method {self.label!r} is a player without training: no policy, env_steps or settings"
+                    f"method {self.label!r} is a player without training: no policy, env_steps, settings, "
+                    "without_reward or baseline"
                 )
             return self
         assert self.algo is not None
@@ -100,7 +109,7 @@ class Method(BaseModel):
         needed = getattr(ALGORITHMS[self.algo], "continuation", self.continuation)
         if self.continuation != needed:
             raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
-        known = set(inspect.signature(find_algorithm(self.algo)).parameters) - GIVEN_BY_THE_KIT
+        known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT
         for key in self.settings:
             if key not in known:
                 raise unknown_name(f"setting of {self.algo}:", key, known)
@@ -131,6 +140,16 @@ def _argument(key: str, value: Any) -> Any:
         raise UserError(f"setting {key} = {value!r}: a linear schedule is written lin_X with a number X") from None
 
 
+class Scaling(BaseModel):
+    """Trained actors flown among more or fewer UAVs than they were trained with."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    num_uavs: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=1, description="numbers of UAVs N to fly with")
+    episodes: int = Field(100, ge=1, description="joint episodes for each N and seed")
+    methods: tuple[str, ...] = Field(min_length=1, description="methods of the recipe to fly")
+
+
 class Recipe(BaseModel):
     """Everything ``reproduce`` needs to know."""
 
@@ -146,6 +165,7 @@ class Recipe(BaseModel):
     seeds: tuple[int, ...] = Field(min_length=1, description="one cell for each method and seed")
     evaluation: Evaluation = Evaluation()
     methods: dict[str, Method] = Field(min_length=1)
+    scaling: Scaling | None = Field(None, description="which methods are also flown with other numbers of UAVs")
 
     def game(self) -> Scenario:
         """The scenario with the recipe's changes.
@@ -174,7 +194,19 @@ class Recipe(BaseModel):
         for key in (self.name, *self.variants, *self.methods):
             if not key.replace("-", "").replace("_", "").isalnum():
                 raise ValueError(f"{key!r}: letters, digits, - and _ only, as it names a folder")
+        for key, method in self.methods.items():
+            if method.baseline is not None and (method.baseline not in self.methods or method.baseline == key):
+                others = [name for name in self.methods if name != key]
+                raise ValueError(f"methods.{key}: {unknown_name('baseline', method.baseline, others)}")
+        for key in self.scaling.methods if self.scaling else ():
+            if key not in self.methods:
+                raise ValueError(f"scaling: {unknown_name('method', key, self.methods)}")
         return self
+
+    @property
+    def is_ablation(self) -> bool:
+        """Whether any of its methods is compared with another one that it is an ablation of."""
+        return any(method.baseline is not None for method in self.methods.values())
 
 
 @dataclass(frozen=True)
@@ -231,7 +263,7 @@ class Cell:
             "evaluation": self.evaluation.model_dump(mode="json", exclude_defaults=True),
             "version": lawn_sb3.__version__,
         }
-        for name in ("label", "paper_row"):
+        for name in NOT_IN_RESULTS:
             configuration["method"].pop(name, None)
         return hashlib.sha256(json.dumps(configuration, sort_keys=True).encode()).hexdigest()[:16]
 
@@ -247,9 +279,13 @@ def parse_method(values: dict[str, Any]) -> Method:
         method = Method.model_validate(values)
     except ValidationError as error:
         raise explain(error, Method, "method") from None
-    if method.policy is not None:
-        find_policy(method.policy)
+    _check_policy_fits(method)
     return method
+
+
+def _check_policy_fits(method: Method) -> None:
+    if method.algo is not None and method.policy is not None:
+        find_algorithm(method.algo, find_policy(method.policy))
 
 
 def load_recipe(path: Path) -> Recipe:
@@ -267,8 +303,7 @@ def load_recipe(path: Path) -> Recipe:
     for variant in recipe.split().values():
         variant.game()
     for method in recipe.methods.values():
-        if method.policy is not None:
-            find_policy(method.policy)
+        _check_policy_fits(method)
     return recipe
 
 

@@ -1,26 +1,28 @@
-"""What a name stands for: algorithms, policies and players without training."""
+"""What a name stands for: algorithms and players without training."""
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
 import inspect
-import sys
 from collections.abc import Callable
 from pathlib import Path
-from types import ModuleType
 
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
 import lawn_sb3
-from lawn_sb3.algos.iql import IQL
-from lawn_sb3.algos.mappo import MAPPO
-from lawn_sb3.algos.qmix import QMIX
+from lawn_sb3.algos.iql import IQL, LEARNERS
+from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
+from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
 from lawn_sb3.planning import ShortestPathPlayer
 
+TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
+    "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
+    "iql": dict.fromkeys(LEARNERS, IQL),
+    "qmix": {QMIXPolicy: QMIX},
+}
+"""What the policies of an algorithm derive from, and its class for each; the first that fits counts."""
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO, "iql": IQL, "qmix": QMIX}
 DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic", "iql": "local_q", "qmix": "monotonic_mixer"}
 PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, "shortest-path": ShortestPathPlayer}
@@ -28,16 +30,68 @@ PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, "shortest-pa
 REPOSITORY = Path(lawn_sb3.__file__).parents[1]
 
 
-def find_algorithm(name: str) -> type[BaseAlgorithm]:
-    """Find an algorithm.
+def find_algorithm(name: str, policy: type[BasePolicy]) -> type[BaseAlgorithm]:
+    """Find the class of an algorithm that takes a policy.
 
-    :param name: its name, such as ``mappo``
+    :param name: the algorithm's name, such as ``mappo``
+    :param policy: the policy class
     :return: the class
-    :raises UserError: if there is none of that name
+    :raises UserError: if there is none of that name, or the policy derives from something else
     """
-    if name not in ALGORITHMS:
-        raise unknown_name("algorithm", name, ALGORITHMS)
-    return ALGORITHMS[name]
+    if name not in TAKES:
+        raise unknown_name("algorithm", name, TAKES)
+    for base, algorithm in TAKES[name].items():
+        if issubclass(policy, base):
+            return algorithm
+    other = algorithm_for(policy)
+    hint = f": it is a policy for {other}" if other is not None else ""
+    allowed = " or ".join(f"{base.__module__}.{base.__name__}" for base in TAKES[name])
+    raise UserError(
+        f"policy class {policy.__name__} ({place(policy)}) does not fit {name}{hint}; {name} takes what derives from "
+        f"{allowed}"
+    )
+
+
+def algorithm_for(policy: type[BasePolicy]) -> str | None:
+    """Which algorithm a policy is for.
+
+    :param policy: the policy class
+    :return: its name; none if no algorithm takes the policy
+    """
+    return next((name for name, bases in TAKES.items() if issubclass(policy, tuple(bases))), None)
+
+
+def accepted_settings(name: str) -> set[str]:
+    """The arguments that the classes of an algorithm take.
+
+    :param name: the algorithm's name
+    :return: names of constructor arguments
+    """
+    return set().union(*(_arguments(algorithm) for algorithm in set(TAKES[name].values())))
+
+
+def _arguments(algorithm: type[BaseAlgorithm]) -> set[str]:
+    """Names of constructor arguments, those that a class hands on to the next included."""
+    names: set[str] = set()
+    for owner in (base for base in algorithm.__mro__ if "__init__" in vars(base)):
+        parameters = inspect.signature(owner).parameters.values()
+        names |= {one.name for one in parameters if one.kind is not inspect.Parameter.VAR_KEYWORD}
+        if not any(one.kind is inspect.Parameter.VAR_KEYWORD for one in parameters):
+            break
+    return names
+
+
+def place(policy: type[BasePolicy]) -> str:
+    """The file that holds a policy, for messages.
+
+    :param policy: the policy class
+    :return: its path, relative to the working directory or the repository where it lies in one of them
+    """
+    path = Path(inspect.getfile(policy))
+    for folder in (Path.cwd(), REPOSITORY):
+        if path.is_relative_to(folder):
+            return path.relative_to(folder).as_posix()
+    return str(path)
 
 
 def find_player(name: str) -> Player:
@@ -50,71 +104,3 @@ def find_player(name: str) -> Player:
     if name not in PLAYERS:
         raise unknown_name("player", name, PLAYERS)
     return PLAYERS[name]()
-
-
-def policy_folders() -> list[Path]:
-    """Where policies are looked for.
-
-    :return: ``policies/`` in the working directory, then the kit's own
-    """
-    folders = [Path.cwd() / "policies", REPOSITORY / "policies"]
-    return [folder for folder in dict.fromkeys(folders) if folder.is_dir()]
-
-
-def find_policy(name: str) -> type[BasePolicy]:
-    """Find a policy.
-
-    :param name: ``NAME`` for ``policies/NAME.py``, or ``package.module:Class``
-    :return: the class
-    :raises UserError: if it cannot be found or imported, saying what and where
-    """
-    module_name, colon, class_name = name.partition(":")
-    if colon:
-        found = getattr(_import(module_name), class_name, None)
-        if found is None:
-            raise UserError(f"policy {name!r}: module {module_name!r} has no class {class_name!r}")
-        classes = [found]
-    else:
-        files = {path.stem: path for folder in policy_folders() for path in folder.glob("[!_]*.py")}
-        if name not in files:
-            raise unknown_name("policy", name, [*files, "package.module:Class"])
-        same_name = [folder / f"{name}.py" for folder in policy_folders() if (folder / f"{name}.py").exists()]
-        if len({path.read_bytes() for path in same_name}) > 1:
-            raise UserError(f"policy {name!r} is both {str(same_name[0])!r} and one of the kit's own: rename your file")
-        module = _import_file(f"policies.{name}", files[name])
-        classes = [
-            member
-            for _, member in inspect.getmembers(module, inspect.isclass)
-            if issubclass(member, BasePolicy) and member.__module__ == module.__name__
-        ]
-        if len(classes) != 1:
-            raise UserError(f"policy file {str(files[name])!r} must hold one policy class, found {len(classes)}")
-    if not (inspect.isclass(classes[0]) and issubclass(classes[0], BasePolicy)):
-        raise UserError(f"policy {name!r} is not an SB3 policy class")
-    policy: type[BasePolicy] = classes[0]
-    return policy
-
-
-def _import(module_name: str) -> ModuleType:
-    try:
-        return importlib.import_module(module_name)
-    except Exception as error:
-        raise UserError(f"policy module {module_name!r} cannot be imported: {type(error).__name__}: {error}") from error
-
-
-def _import_file(module_name: str, path: Path) -> ModuleType:
-    """Import a file under a name of its own, so that models saved with its class can be loaded again."""
-    known = sys.modules.get(module_name)
-    if known is not None and known.__file__ == str(path):
-        return known
-    spec = importlib.util.spec_from_file_location(module_name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    try:
-        spec.loader.exec_module(module)
-    except Exception as error:
-        del sys.modules[module_name]
-        raise UserError(f"policy file {str(path)!r} cannot be imported: {type(error).__name__}: {error}") from error
-    return module

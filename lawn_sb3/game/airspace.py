@@ -64,6 +64,18 @@ def move(voxel: Voxel, displacement: Voxel, grid: Voxel, clip: bool) -> Voxel:
     return voxel
 
 
+def moves_inside(positions: Ints, actions: Ints, grid: Voxel) -> NDArray[np.bool_]:
+    """Which moves keep the constraint q_i(t+1) in V by themselves, neither clipped nor refused.
+
+    :param positions: q_i(t) in voxels [..., 3]
+    :param actions: the action set in voxels [A, 3]
+    :param grid: size of the airspace (W, L, H) in voxels
+    :return: true for a move that ends inside [..., A]; hovering always does
+    """
+    ends = positions[..., None, :] + actions
+    return np.asarray(((ends >= 0) & (ends < np.array(grid))).all(axis=-1))
+
+
 @njit
 def stop_at(voxel: Voxel, target: Voxel, destination: Voxel) -> Voxel:
     """Where a UAV ends a slot that may end early at its destination (reading ``arrival: fly-through``).

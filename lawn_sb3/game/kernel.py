@@ -6,7 +6,7 @@ such access, which inside the loops costs ten times the arithmetic.
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-REWARD_TERMS = ("rate", "nav", "col", "term")
+RewardTerm = Literal["rate", "nav", "col", "term"]
+REWARD_TERMS: tuple[RewardTerm, ...] = get_args(RewardTerm)
 
 
 class Rules(NamedTuple):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
 
 
@@ -32,10 +33,10 @@ class ShortestPathPlayer:
         """
         state, rules = simulator.state, simulator.rules
         ends = state.position[:, :, None] + rules.actions  # [G, N, A, 3]
-        inside = ((ends >= 0) & (ends < np.array(rules.grid))).all(axis=-1)
         steps = np.abs(state.destination - state.position).sum(axis=-1)  # [G, N]
         steps_after = np.abs(state.destination[:, :, None] - ends).sum(axis=-1)  # [G, N, A]
         # eq:tmin from the end of the move on: one slot less than from here.
         on_time = -(-steps_after // rules.max_voxel_steps) < -(-steps // rules.max_voxel_steps)[..., None]
+        inside = moves_inside(state.position, rules.actions, rules.grid)
         draw = self._rng.random(on_time.shape)
         return np.asarray(np.where(on_time & inside, draw, -1.0).argmax(axis=-1), dtype=np.int64)

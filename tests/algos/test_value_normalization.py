@@ -82,7 +82,7 @@ def test_a_value_in_reward_units_is_the_mean_plus_normalised_value_times_standar
     assert head(features).dtype == th.float32
     with head.normalized_units():
         assert head(features).equal(head.linear(features))
-    assert head.normalize(np.array([8.0, 10.0, 14.0], dtype=np.float32)).tolist() == [-1.0, 0.0, 2.0]
+    assert head.normalize(th.tensor([8.0, 10.0, 14.0])).tolist() == [-1.0, 0.0, 2.0]
 
 
 def test_reward_units_come_back_even_if_an_update_fails() -> None:
@@ -128,7 +128,7 @@ def test_constant_returns_do_not_divide_by_zero(constant: float) -> None:
     head, features = some_head(), th.ones(2, 5)
     returns = np.full(1000, constant, dtype=np.float32)
     head.update(returns)
-    assert head.normalize(returns).tolist() == [0.0] * 1000
+    assert head.normalize(th.as_tensor(returns)).tolist() == [0.0] * 1000
     np.testing.assert_allclose(head(features).detach().numpy(), constant, rtol=1e-6)
 
     head.update(np.array([8.0, 12.0], dtype=np.float32))
@@ -136,7 +136,7 @@ def test_constant_returns_do_not_divide_by_zero(constant: float) -> None:
     head.update(returns)
     assert head.std.item() == 2.0
     np.testing.assert_allclose(head(features).detach().numpy(), before, rtol=1e-5)
-    assert head.normalize(returns).tolist() == [0.0] * 1000
+    assert head.normalize(th.as_tensor(returns)).tolist() == [0.0] * 1000
 
 
 def test_learning_without_any_reward_stays_finite() -> None:

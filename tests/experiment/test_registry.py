@@ -6,9 +6,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from stable_baselines3.common.policies import ActorCriticPolicy
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.registry import REPOSITORY, find_algorithm, find_player, find_policy
+from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.registry import REPOSITORY, find_algorithm, find_player
 
 OWN_POLICY = '''
 import torch as th
@@ -75,7 +77,7 @@ def test_an_unknown_policy_is_refused(name: str, expected: str) -> None:
 
 def test_unknown_algorithms_and_players_are_refused() -> None:
     with pytest.raises(UserError, match="did you mean 'mappo'"):
-        find_algorithm("mapo")
+        find_algorithm("mapo", ActorCriticPolicy)
     with pytest.raises(UserError, match="did you mean 'random'"):
         find_player("randon")
 

@@ -2,6 +2,7 @@
 
 from lawn_sb3.algos.iql.double_dqn import DoubleDQN
 from lawn_sb3.algos.iql.iql import IQL
+from lawn_sb3.algos.iql.learners import LEARNERS
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 
-__all__ = ["IQL", "DoubleDQN", "IndependentPolicy"]
+__all__ = ["IQL", "LEARNERS", "DoubleDQN", "IndependentPolicy"]

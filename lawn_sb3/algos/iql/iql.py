@@ -1,4 +1,4 @@
-"""Independent Q-learning: N of SB3's DQN, one a UAV, in one shared flattened environment."""
+"""Independent Q-learning: N of SB3's DQN or QRDQN, one a UAV, in one shared flattened environment."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 import torch as th
 from numpy.typing import NDArray
-from stable_baselines3 import DQN
+from sb3_contrib import QRDQN
+from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
@@ -18,7 +19,7 @@ from stable_baselines3.common.save_util import load_from_pkl
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
-from lawn_sb3.algos.iql.double_dqn import DoubleDQN
+from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
 from lawn_sb3.algos.iql.views import LearnerViews
@@ -29,12 +30,13 @@ from lawn_sb3.game.simulator import Continuation
 class IQL(OffPolicyAlgorithm):
     """Every UAV learns by itself from its own o_i; the others are part of its environment.
 
-    SB3's off-policy loop steps the environment once for all; every learner is an SB3 ``DQN`` with a replay, networks
-    and an optimiser of its own, trained by SB3's ``DQN.train``. Takes what SB3's ``DQN`` takes, with the same defaults,
-    but for ``optimize_memory_usage``. Where SB3 counts steps of a learner, each UAV counts its own, so the unit is env
-    steps; only ``learn(total_timesteps)`` counts agent steps, N in every env step.
+    SB3's off-policy loop steps the environment once for all; every learner has a replay, networks and an optimiser of
+    its own and is trained by its own class: SB3's ``DQN`` with a ``DQNPolicy``, sb3-contrib's ``QRDQN`` with a
+    ``QRDQNPolicy``. Takes what SB3's ``DQN`` takes, with the same defaults whatever the learner, but for
+    ``optimize_memory_usage``. Where SB3 counts steps of a learner, each UAV counts its own, so the unit is env steps;
+    only ``learn(total_timesteps)`` counts agent steps, N in every env step.
 
-    :param policy: the policy class of each learner, a ``DQNPolicy`` over o_i
+    :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.LEARNERS` over o_i
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
     :param learning_rate: learning rate, or a schedule of the progress remaining
     :param buffer_size: env steps that each UAV remembers
@@ -51,16 +53,18 @@ class IQL(OffPolicyAlgorithm):
     :param exploration_fraction: share of the training in which epsilon falls
     :param exploration_initial_eps: epsilon at the start
     :param exploration_final_eps: epsilon from then on
-    :param max_grad_norm: clip the norm of the gradient
+    :param max_grad_norm: clip the norm of the gradient; infinity for no clipping
     :param stats_window_size: missions averaged over in the log
     :param tensorboard_log: where to log for TensorBoard
-    :param policy_kwargs: additional arguments of each learner's policy
+    :param policy_kwargs: additional arguments of each learner's policy; with neither ``optimizer_class`` nor
+        ``optimizer_kwargs``, ``QRDQN`` gives Adam an epsilon of 0.01 / batch_size
     :param verbose: as in SB3
     :param seed: seed of networks, exploration, minibatches and missions
     :param device: as in SB3
-    :param double_q: let the online network pick the next action that the target network judges
+    :param double_q: let the online network pick the next action that the target network judges; for a ``DQNPolicy``
     :param share_parameters: one network for all UAVs, which also sees the UAV's index: no longer independent learners
     :param _init_setup_model: whether to build the networks at once
+    :raises ValueError: if it has no learner for the policy class, or cannot learn in the environment
     """
 
     policy_aliases: ClassVar[dict[str, type[BasePolicy]]] = {"MlpPolicy": MlpPolicy}
@@ -73,7 +77,7 @@ class IQL(OffPolicyAlgorithm):
 
     def __init__(
         self,
-        policy: str | type[DQNPolicy],
+        policy: str | type[DQNPolicy | QRDQNPolicy],
         env: GymEnv | str,
         learning_rate: float | Schedule = 1e-4,
         buffer_size: int = 1_000_000,
@@ -132,7 +136,7 @@ class IQL(OffPolicyAlgorithm):
         self.max_grad_norm = max_grad_norm
         self.double_q = double_q
         self.share_parameters = share_parameters
-        self.learners: list[DQN] = []
+        self.learners: list[Learner] = []
         self._n_calls = 0
         if self.env is not None:
             if not self.env.has_attr("layout"):
@@ -156,13 +160,18 @@ class IQL(OffPolicyAlgorithm):
         self.policy = IndependentPolicy(self.observation_space, self.action_space, policies, views).to(self.device)  # type: ignore[arg-type]
         self.replay_buffer = ReplayRouter([learner.replay_buffer for learner in self.learners], views)  # type: ignore[misc]
 
-    def _build_learner(self, views: LearnerViews) -> DQN:
-        """One DQN without an environment of its own, built as SB3 does when it loads one."""
-        learner = (DoubleDQN if self.double_q else DQN)(
+    def _build_learner(self, views: LearnerViews) -> Learner:
+        """One learner without an environment of its own, built as SB3 does when it loads one."""
+        made_of, policy_kwargs = learner_class(self.policy_class, self.double_q), dict(self.policy_kwargs)
+        if made_of is QRDQN and "optimizer_kwargs" in policy_kwargs:
+            # QRDQN would replace them by its own wherever the class of the optimiser is left to it.
+            policy_kwargs.setdefault("optimizer_class", th.optim.Adam)
+        learner = made_of(
             self.policy_class,  # type: ignore[arg-type]
             None,  # type: ignore[arg-type]
             self.learning_rate,
             buffer_size=self.buffer_size * views.uavs_each,
+            batch_size=self.batch_size,  # QRDQN's Adam depends on it
             tau=self.tau,
             gamma=self.gamma,
             replay_buffer_class=self.replay_buffer_class,
@@ -173,7 +182,7 @@ class IQL(OffPolicyAlgorithm):
             exploration_initial_eps=self.exploration_initial_eps,
             exploration_final_eps=self.exploration_final_eps,
             max_grad_norm=self.max_grad_norm,
-            policy_kwargs=dict(self.policy_kwargs),
+            policy_kwargs=policy_kwargs,
             device=self.device,
             _init_setup_model=False,
         )

@@ -9,7 +9,6 @@ import torch as th
 from gymnasium import spaces
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.type_aliases import PyTorchObs
-from stable_baselines3.dqn.policies import DQNPolicy
 from torch import nn
 
 from lawn_sb3.algos.iql.views import LearnerViews
@@ -20,7 +19,7 @@ class IndependentPolicy(BasePolicy):
 
     :param observation_space: the flat observation
     :param action_space: the actions
-    :param learners: the learners' policies
+    :param learners: the learners' policies, each a function of what its learner sees
     :param views: which slots and columns are whose
     """
 
@@ -28,7 +27,7 @@ class IndependentPolicy(BasePolicy):
         self,
         observation_space: spaces.Box,
         action_space: spaces.Discrete,
-        learners: Sequence[DQNPolicy],
+        learners: Sequence[BasePolicy],
         views: LearnerViews,
     ) -> None:
         super().__init__(observation_space, action_space)
@@ -54,7 +53,7 @@ class IndependentPolicy(BasePolicy):
             )
         actions = th.empty(len(observation), dtype=th.long, device=observation.device)
         for learner, policy in enumerate(self.learners):
-            assert isinstance(policy, DQNPolicy)
+            assert isinstance(policy, BasePolicy)
             seen = self.views.observe(learner, observation)
             actions[self.views.slots(learner)] = policy(seen, deterministic=deterministic)
         return actions
@@ -65,7 +64,7 @@ class IndependentPolicy(BasePolicy):
         :param mode: training
         """
         for policy in self.learners:
-            assert isinstance(policy, DQNPolicy)
+            assert isinstance(policy, BasePolicy)
             policy.set_training_mode(mode)
         self.training = mode
 

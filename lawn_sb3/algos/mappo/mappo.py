@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from contextlib import nullcontext
-from typing import Any, ClassVar
+from typing import Any
 
 import torch as th
 from stable_baselines3 import PPO
-from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
-from stable_baselines3.common.utils import FloatSchedule
-from torch import nn
 
-from lawn_sb3.algos.mappo.policies import CTDEPolicy
-from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
-from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.algos.mappo.centralized_training import CentralizedTraining
+from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer
 
 
-class MAPPO(PPO):
+class MAPPO(CentralizedTraining, PPO):
     """PPO whose policy class decides what the critic reads.
 
     Takes what SB3's ``PPO`` takes; the policy is given the environment's ``layout``.
@@ -52,8 +47,8 @@ class MAPPO(PPO):
     :param _init_setup_model: whether to build the networks at once
     """
 
-    continuation: ClassVar[Continuation] = "mission"
-    """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
+    default_buffer_class = NormalizedRolloutBuffer
+    policy_base = ActorCriticPolicy
 
     def __init__(
         self,
@@ -85,9 +80,6 @@ class MAPPO(PPO):
         normalize_value: bool = True,
         _init_setup_model: bool = True,
     ) -> None:
-        self.ent_coef_schedule = FloatSchedule(ent_coef)
-        self.normalize_value = normalize_value
-        self._value_head: NormalizedValueHead | None = None
         super().__init__(
             policy,
             env,
@@ -100,53 +92,20 @@ class MAPPO(PPO):
             clip_range=clip_range,
             clip_range_vf=clip_range_vf,
             normalize_advantage=normalize_advantage,
-            ent_coef=self.ent_coef_schedule(1.0),
+            ent_coef=ent_coef,
             vf_coef=vf_coef,
             max_grad_norm=max_grad_norm,
             use_sde=use_sde,
             sde_sample_freq=sde_sample_freq,
-            rollout_buffer_class=rollout_buffer_class or NormalizedRolloutBuffer,
+            rollout_buffer_class=rollout_buffer_class,
             rollout_buffer_kwargs=rollout_buffer_kwargs,
             target_kl=target_kl,
             stats_window_size=stats_window_size,
             tensorboard_log=tensorboard_log,
-            policy_kwargs=dict(policy_kwargs or {}),
+            policy_kwargs=policy_kwargs,
             verbose=verbose,
             seed=seed,
             device=device,
-            _init_setup_model=False,
+            normalize_value=normalize_value,
+            _init_setup_model=_init_setup_model,
         )
-        if normalize_value and not issubclass(self.rollout_buffer_class or RolloutBuffer, NormalizedRolloutBuffer):
-            raise ValueError("value normalisation needs a rollout_buffer_class derived from NormalizedRolloutBuffer")
-        if issubclass(self.policy_class, CTDEPolicy) and self.env is not None:
-            if not self.env.has_attr("layout"):
-                raise ValueError(f"{self.policy_class.__name__} needs an environment with a layout, from make_vec_env")
-            self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", [0])[0])
-        if _init_setup_model:
-            self._setup_model()
-
-    def _setup_model(self) -> None:
-        super()._setup_model()
-        if self.normalize_value:
-            head: nn.Module = self.policy.value_net
-            if not isinstance(head, NormalizedValueHead):  # a stock policy
-                head = NormalizedValueHead(self.policy.value_net).to(self.device)
-                self.policy.value_net = head  # type: ignore[assignment]
-            head.forget()
-            self.rollout_buffer.value_head = head  # type: ignore[attr-defined]
-            self._value_head = head
-
-    def train(self) -> None:
-        """Update actor and critic from the rollout, the critic in normalised units."""
-        self.ent_coef = self.ent_coef_schedule(self._current_progress_remaining)
-        self.logger.record("train/ent_coef", self.ent_coef)
-        head = self._value_head
-        if head is not None:
-            head.update(self.rollout_buffer.returns)
-            self.logger.record("train/return_mean", head.mean.item())
-            self.logger.record("train/return_std", head.std.item())
-        with head.normalized_units() if head is not None else nullcontext():
-            super().train()
-
-    def _excluded_save_params(self) -> list[str]:
-        return [*super()._excluded_save_params(), "_value_head"]

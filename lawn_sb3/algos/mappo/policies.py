@@ -5,11 +5,12 @@ What the critic sees is for a subclass to say.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import torch as th
 from gymnasium import spaces
-from stable_baselines3.common.policies import ActorCriticPolicy
+from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
@@ -26,7 +27,7 @@ class ActorCriticExtractor(nn.Module):
     :param activation_fn: activation of the hidden layers
     """
 
-    def __init__(self, policy: CTDEPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
+    def __init__(self, policy: CTDEViews, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
         super().__init__()
         # A bound method in a plain tuple: the policy must not become a submodule of its own part.
         self._views = (policy.actor_input, policy.critic_input)
@@ -65,8 +66,8 @@ class ActorCriticExtractor(nn.Module):
         return out
 
 
-class CTDEPolicy(ActorCriticPolicy):
-    """An SB3 actor-critic over the flat observation [o_i | x] whose actor sees o_i alone.
+class CTDEViews(BasePolicy):
+    """Goes in front of an actor-critic of SB3 or sb3-contrib over the flat observation [o_i | x]: the actor sees o_i.
 
     Subclasses override :meth:`critic_input`, and :meth:`actor_input` if the actor is to see less, or something else
     made of o_i. Networks are the paper's by default: two hidden layers of 256 ReLU units each.
@@ -77,8 +78,16 @@ class CTDEPolicy(ActorCriticPolicy):
     :param layout: where o_i and x lie in the flat observation
     :param net_arch: widths of the hidden layers, for both or for the actor (``pi``) and the critic (``vf``)
     :param activation_fn: activation of the hidden layers
-    :param kwargs: what else SB3's ``ActorCriticPolicy`` takes
+    :param kwargs: what else that actor-critic takes
     """
+
+    needs_index: ClassVar[bool] = False
+    """Whether the flat observation is to hold the UAV's index too."""
+
+    net_arch: list[int] | dict[str, list[int]]
+    activation_fn: type[nn.Module]
+    mlp_extractor: Any
+    value_net: Any
 
     def __init__(
         self,
@@ -94,7 +103,7 @@ class CTDEPolicy(ActorCriticPolicy):
         net_arch = [256, 256] if net_arch is None else net_arch
         widths = net_arch if isinstance(net_arch, dict) else {"pi": net_arch, "vf": net_arch}
         super().__init__(observation_space, action_space, lr_schedule, widths, activation_fn, **kwargs)
-        self.value_net = NormalizedValueHead(self.value_net)  # type: ignore[assignment]
+        self.value_net = NormalizedValueHead(self.value_net)
 
     def actor_input(self, flat: th.Tensor) -> th.Tensor:
         """What the actor sees: o_i.
@@ -114,8 +123,15 @@ class CTDEPolicy(ActorCriticPolicy):
 
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.net_arch, dict)
-        extractor = ActorCriticExtractor(self, self.net_arch, self.activation_fn)
-        self.mlp_extractor = extractor  # type: ignore[assignment]
+        self.mlp_extractor = ActorCriticExtractor(self, self.net_arch, self.activation_fn)
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
         return {**super()._get_constructor_parameters(), "layout": self.layout}
+
+
+class CTDEPolicy(CTDEViews, ActorCriticPolicy):
+    """SB3's actor-critic with an actor that sees o_i alone: what most policies derive from."""
+
+
+class MaskableCTDEPolicy(CTDEViews, MaskableActorCriticPolicy):
+    """The same for sb3-contrib's actor-critic, which takes masks of the actions too."""

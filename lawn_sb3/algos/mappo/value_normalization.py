@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 import torch as th
 from numpy.typing import NDArray
+from sb3_contrib.common.maskable.buffers import MaskableRolloutBuffer
+from sb3_contrib.common.recurrent.buffers import RecurrentRolloutBuffer
 from stable_baselines3.common.buffers import RolloutBuffer
-from stable_baselines3.common.type_aliases import RolloutBufferSamples
-from stable_baselines3.common.vec_env import VecNormalize
 from torch import nn
 
 CONSTANT = 1e-6
@@ -61,13 +62,13 @@ class NormalizedValueHead(nn.Module):
         finally:
             self._in_normalized_units = False
 
-    def normalize(self, values: NDArray[np.float32]) -> NDArray[np.float32]:
+    def normalize(self, values: th.Tensor) -> th.Tensor:
         """Convert values from reward units to normalised units.
 
         :param values: in reward units
         :return: in normalised units
         """
-        return ((values - self.mean.item()) / (self.std.item() or 1.0)).astype(np.float32)
+        return (values - self.mean.item()) / (self.std.item() or 1.0)
 
     def forget(self) -> None:
         """Start without statistics."""
@@ -96,11 +97,17 @@ class NormalizedRolloutBuffer(RolloutBuffer):
 
     value_head: NormalizedValueHead | None = None
 
-    def _get_samples(self, batch_inds: NDArray[np.int64], env: VecNormalize | None = None) -> RolloutBufferSamples:
-        samples = super()._get_samples(batch_inds, env)
+    def _get_samples(self, *args: Any) -> Any:
+        samples: Any = super()._get_samples(*args)
         if self.value_head is None:
             return samples
-        return samples._replace(
-            returns=self.to_torch(self.value_head.normalize(self.returns[batch_inds].flatten())),
-            old_values=self.to_torch(self.value_head.normalize(self.values[batch_inds].flatten())),
-        )
+        normalize = self.value_head.normalize
+        return samples._replace(returns=normalize(samples.returns), old_values=normalize(samples.old_values))
+
+
+class NormalizedMaskableBuffer(NormalizedRolloutBuffer, MaskableRolloutBuffer):
+    """The same for sb3-contrib's buffer that also keeps action masks."""
+
+
+class NormalizedRecurrentBuffer(NormalizedRolloutBuffer, RecurrentRolloutBuffer):
+    """The same for sb3-contrib's buffer that also keeps the states of an LSTM."""

@@ -1,0 +1,161 @@
+"""What SB3's PPO and its relatives lack for CTDE: the layout for the policy, value normalisation, annealed entropy."""
+
+from __future__ import annotations
+
+import io
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any, ClassVar, Self
+
+import torch as th
+from stable_baselines3.common.buffers import RolloutBuffer
+from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
+from stable_baselines3.common.policies import BasePolicy
+from stable_baselines3.common.save_util import load_from_zip_file
+from stable_baselines3.common.type_aliases import GymEnv, Schedule
+from stable_baselines3.common.utils import FloatSchedule
+from stable_baselines3.common.vec_env import VecEnv
+from torch import nn
+
+from lawn_sb3.algos.mappo.policies import CTDEViews
+from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
+from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.game.simulator import Continuation
+
+
+class CentralizedTraining(OnPolicyAlgorithm):
+    """Goes in front of a PPO of SB3 or sb3-contrib, whose constructor it keeps.
+
+    :param policy: a policy class
+    :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
+    :param ent_coef: entropy coefficient c_e, or a schedule of the progress remaining
+    :param rollout_buffer_class: ``default_buffer_class`` or a subclass
+    :param policy_kwargs: additional arguments of the policy; it is given the environment's ``layout``
+    :param normalize_value: train the critic on returns of zero mean and unit variance
+    :param _init_setup_model: whether to build the networks at once
+    :param kwargs: what else that PPO takes
+    :raises ValueError: if policy, environment or buffer do not fit
+    """
+
+    continuation: ClassVar[Continuation] = "mission"
+    """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
+    default_buffer_class: ClassVar[type[NormalizedRolloutBuffer]]
+    """The rollout buffer of that PPO, with normalised returns."""
+    policy_base: ClassVar[type[BasePolicy]]
+    """What its policies derive from."""
+
+    def __init__(
+        self,
+        policy: str | type[BasePolicy],
+        env: GymEnv | str,
+        ent_coef: float | Schedule = 0.0,
+        rollout_buffer_class: type[RolloutBuffer] | None = None,
+        policy_kwargs: dict[str, Any] | None = None,
+        normalize_value: bool = True,
+        _init_setup_model: bool = True,
+        **kwargs: Any,
+    ) -> None:
+        self.ent_coef_schedule = FloatSchedule(ent_coef)
+        self.normalize_value = normalize_value
+        self._value_head: NormalizedValueHead | None = None
+        super().__init__(
+            policy,  # type: ignore[arg-type]
+            env,
+            ent_coef=self.ent_coef_schedule(1.0),
+            policy_kwargs=dict(policy_kwargs or {}),
+            _init_setup_model=False,
+            **kwargs,
+        )
+        self.rollout_buffer_class = rollout_buffer_class or self.default_buffer_class
+        if normalize_value and not issubclass(self.rollout_buffer_class, self.default_buffer_class):
+            raise ValueError(
+                f"value normalisation needs a rollout_buffer_class derived from {self.default_buffer_class.__name__}"
+            )
+        if issubclass(self.policy_class, CTDEViews) and self.env is not None:
+            if not self.env.has_attr("layout"):
+                raise ValueError(f"{self.policy_class.__name__} needs an environment with a layout, from make_vec_env")
+            self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", [0])[0])
+        if _init_setup_model:
+            self._setup_model()
+
+    def _setup_model(self) -> None:
+        super()._setup_model()
+        if self.normalize_value:
+            head: nn.Module = self.policy.value_net
+            if not isinstance(head, NormalizedValueHead):  # a stock policy
+                head = NormalizedValueHead(self.policy.value_net).to(self.device)
+                self.policy.value_net = head  # type: ignore[assignment]
+            head.forget()
+            self.rollout_buffer.value_head = head  # type: ignore[attr-defined]
+            self._value_head = head
+
+    def train(self) -> None:
+        """Update actor and critic from the rollout, the critic in normalised units."""
+        self.ent_coef = self.ent_coef_schedule(self._current_progress_remaining)
+        self.logger.record("train/ent_coef", self.ent_coef)
+        head = self._value_head
+        if head is not None:
+            head.update(self.rollout_buffer.returns)
+            self.logger.record("train/return_mean", head.mean.item())
+            self.logger.record("train/return_std", head.std.item())
+        with head.normalized_units() if head is not None else nullcontext():
+            super().train()
+
+    @classmethod
+    def load(
+        cls,
+        path: str | Path | io.BufferedIOBase,
+        env: GymEnv | None = None,
+        device: th.device | str = "auto",
+        custom_objects: dict[str, Any] | None = None,
+        print_system_info: bool = False,
+        force_reset: bool = True,
+        **kwargs: Any,
+    ) -> Self:
+        """Load a model as SB3 does; with games of another N if its networks are the same for every N.
+
+        :param path: what ``save`` wrote
+        :param env: an environment to go on in
+        :param device: as in SB3
+        :param custom_objects: as in SB3
+        :param print_system_info: as in SB3
+        :param force_reset: as in SB3
+        :param kwargs: as in SB3
+        :return: the model
+        :raises ValueError: if its networks depend on N and the environment has another one
+        """
+        replaced = dict(custom_objects or {})
+        trained, asked = _layouts(path, env)
+        if env is not None and asked is not None and trained != asked:
+            replaced["observation_space"] = env.observation_space
+            replaced["policy_kwargs"] = {**_saved(path)["policy_kwargs"], "layout": asked}
+        try:
+            return super().load(path, env, device, replaced, print_system_info, force_reset, **kwargs)
+        except RuntimeError as error:
+            if trained == asked:
+                raise
+            raise ValueError(
+                f"the model was trained for {trained} and its networks do not fit {asked}: a critic that reads x has "
+                "another input there"
+            ) from error
+
+    def _excluded_save_params(self) -> list[str]:
+        return [*super()._excluded_save_params(), "_value_head"]
+
+
+def _saved(path: str | Path | io.BufferedIOBase) -> dict[str, Any]:
+    """The attributes that a saved model holds."""
+    data, _, _ = load_from_zip_file(path, device="cpu")
+    if isinstance(path, io.BufferedIOBase):
+        path.seek(0)
+    assert data is not None
+    return data
+
+
+def _layouts(
+    path: str | Path | io.BufferedIOBase, env: GymEnv | None
+) -> tuple[ObservationLayout | None, ObservationLayout | None]:
+    """The layouts that a saved model was trained with and that an environment has."""
+    if not isinstance(env, VecEnv) or not env.has_attr("layout"):
+        return None, None
+    return _saved(path)["policy_kwargs"].get("layout"), env.get_attr("layout", [0])[0]

@@ -1,0 +1,142 @@
+"""Runs of the policies that change more than what a network sees: masks, memory, own actors, a set for a critic."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch as th
+
+from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
+from lawn_sb3.envs import Observer
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment import checkpoint
+from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.game.airspace import moves_inside
+from lawn_sb3.game.simulator import Simulator
+from tests.experiment.test_cell import CutError, cut_at, ignore, parameters
+
+POLICIES = {"masked": MaskableMAPPO, "recurrent": RecurrentMAPPO, "separate_actors": MAPPO, "set_critic": MAPPO}
+
+
+@pytest.fixture(params=POLICIES)
+def cell(request: pytest.FixtureRequest, small_cell: Cell) -> Cell:
+    """A small cell of each policy."""
+    return replace(small_cell, method=small_cell.method.model_copy(update={"policy": request.param}))
+
+
+def with_policy(cell: Cell, name: str, folder: Path) -> Cell:
+    return replace(cell, method=cell.method.model_copy(update={"policy": name}), directory=folder)
+
+
+def test_the_policy_decides_on_the_class_of_the_algorithm(cell: Cell) -> None:
+    assert cell.method.policy is not None
+    assert type(build_model(cell)) is POLICIES[cell.method.policy]
+
+
+@pytest.mark.parametrize("limit", [64, 192])
+def test_a_cut_training_resumes_as_if_there_had_been_no_cut(
+    cell: Cell, tmp_path: Path, limit: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    original = checkpoint.Checkpoints.__init__
+    monkeypatch.setattr(checkpoint.Checkpoints, "__init__", lambda *given: original(*given, every=1))
+    run_cell(cell, ignore)
+    cut = replace(cell, directory=tmp_path / "cut")
+    with pytest.raises(CutError):
+        run_cell(cut, cut_at(limit))
+    th.manual_seed(0)
+    run_cell(cut, ignore)
+    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
+        assert (cut.directory / name).read_bytes() == (cell.directory / name).read_bytes(), name
+    for name, value in parameters(cut).items():
+        assert th.equal(value, parameters(cell)[name]), name
+
+
+def test_a_finished_run_plays_as_it_was_evaluated(cell: Cell) -> None:
+    run_cell(cell, ignore)
+    again = load_run(cell.directory)
+    given = again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed
+    rows = evaluate(load_player(again), *given)
+    saved = (cell.directory / "evaluation.csv").read_text(encoding="utf-8")
+    assert rows.to_csv(index=False, float_format="%.9g", lineterminator="\n") == saved
+
+
+def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_cell: Cell, tmp_path: Path) -> None:
+    def moves_out(policy: str) -> int:
+        cell = with_policy(small_cell, policy, tmp_path / policy)
+        run_cell(cell, ignore)
+        player = load_player(cell, deterministic=False)
+        games = Simulator(small_cell.scenario, 50, seed=1)
+        player.start(games, np.random.default_rng(0))
+        out = 0
+        for _ in range(20):
+            actions = player.act(games)
+            allowed = moves_inside(games.state.position, games.rules.actions, games.rules.grid)
+            out += int((~np.take_along_axis(allowed, actions[..., None], axis=-1)).sum())
+            games.step(actions)
+            games.go_on()
+        return out
+
+    assert moves_out("masked") == 0
+    assert moves_out("centralized_critic") > 0
+
+
+def test_training_with_masks_takes_no_move_that_leaves_the_airspace(small_cell: Cell, tmp_path: Path) -> None:
+    model = build_model(with_policy(small_cell, "masked", tmp_path))
+    assert isinstance(model, MaskableMAPPO)
+    model.learn(256)
+    masks, actions = model.rollout_buffer.action_masks, model.rollout_buffer.actions
+    taken = np.take_along_axis(masks.reshape(len(actions), -1), actions.astype(int).reshape(len(actions), -1), axis=1)
+    assert (taken == 1.0).all()
+    assert (masks == 0.0).any()
+
+
+@pytest.mark.parametrize("policy", ["centralized_critic", "masked", "recurrent", "set_critic"])
+@pytest.mark.parametrize("num_uavs", [1, 3, 9])
+def test_an_actor_flies_with_any_number_of_uavs(small_cell: Cell, tmp_path: Path, policy: str, num_uavs: int) -> None:
+    cell = with_policy(small_cell, policy, tmp_path / policy)
+    run_cell(cell, ignore)
+    rows = evaluate(load_player(cell), cell.scenario.changed(num_uavs=num_uavs), 5, 0)
+    assert len(rows) == 5 * num_uavs
+
+
+def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(small_cell: Cell, tmp_path: Path) -> None:
+    """Among nine UAVs, an actor trained with four acts as it does on the same o_i with noise for x."""
+    cell = with_policy(small_cell, "centralized_critic", tmp_path / "run")
+    run_cell(cell, ignore)
+    player, model = load_player(cell), build_model(cell)
+    model.set_parameters(str(cell.directory / "model.zip"))
+    games = Simulator(cell.scenario.changed(num_uavs=9), 20, seed=0)
+    player.start(games, np.random.default_rng(0))
+    actions = player.act(games)
+    local = Observer(games.scenario).local(games.state).reshape(-1, 24)
+    noise = np.random.default_rng(0).normal(size=(len(local), model.observation_space.shape[0] - 24))  # type: ignore[index]
+    flat = np.concatenate([local, noise], axis=1).astype(np.float32)
+    np.testing.assert_array_equal(actions.ravel(), model.predict(flat, deterministic=True)[0])
+
+
+def test_networks_of_single_uavs_are_not_flown_with_others(small_cell: Cell, tmp_path: Path) -> None:
+    cell = with_policy(small_cell, "separate_actors", tmp_path)
+    run_cell(cell, ignore)
+    with pytest.raises(UserError, match="trained for 4 UAVs and 4 GBSs and cannot play with 5 UAVs"):
+        evaluate(load_player(cell), cell.scenario.changed(num_uavs=5), 5, 0)
+
+
+@pytest.mark.parametrize("term", ["rate", "nav", "col", "term"])
+def test_a_reward_term_left_out_of_training_counts_in_the_evaluation(
+    small_cell: Cell, tmp_path: Path, term: str
+) -> None:
+    method = small_cell.method.model_copy(update={"without_reward": (term,)})
+    cell = replace(small_cell, method=method, directory=tmp_path / term)
+    run_cell(small_cell, ignore)
+    run_cell(cell, ignore)
+    assert any(not th.equal(value, parameters(small_cell)[name]) for name, value in parameters(cell).items())
+    rows = evaluate(load_player(cell), small_cell.scenario, 5, small_cell.evaluation.seed, cell.seed)
+    saved = pd.read_csv(cell.directory / "evaluation.csv")
+    np.testing.assert_allclose(rows["reward"], saved["reward"], rtol=1e-8)
