@@ -120,6 +120,7 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     num_uavs, method = cell.scenario.num_uavs, cell.method
     checkpoint = read_checkpoint(cell)
     model = build_model(cell) if checkpoint is None else resume_model(cell, checkpoint, training_env(cell))
+    began = model.num_timesteps // num_uavs
     watch = Watch(cell, progress)
     if checkpoint is not None:
         watch.restore(checkpoint["watch"])
