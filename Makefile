@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help install test lint format reproduce report bench clean
+.PHONY: help install test lint format reproduce ablation report bench clean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
@@ -35,6 +35,9 @@ format: install ## put the code into the house style
 
 reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)
+
+ablation: install ## train and evaluate all of runs/ablation.yaml, then write its report
+	$(BIN)/lawn-sb3 reproduce runs/ablation.yaml --jobs $(JOBS)
 
 report: install ## rebuild tables, figures and verdicts from the results kept in runs/reference, without training
 	$(BIN)/lawn-sb3 report runs/paper.yaml --runs runs/reference/paper

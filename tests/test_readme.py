@@ -10,21 +10,34 @@ from pathlib import Path
 
 import pytest
 
+from lawn_sb3.cli import main
 from lawn_sb3.cli.commands import app
-from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.report.claims import load_claims
+from tests.test_cli import recipe
+from tests.test_cli_ablation import METHODS
 
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
 
 
-def test_the_policy_example_is_found_by_its_file_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_policy_example_is_short_complete_and_trained_by_the_command_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     example = next(block for block in BLOCKS if "CTDEPolicy" in block)
+    assert len(example.splitlines()) < 40
+    (name,) = set(re.findall(r"policies/(\w+)\.py`, in the folder", README))
+    assert f"lawn-sb3 ablate {name}\n" in README
     (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / "mine.py").write_text(example, encoding="utf-8")
+    (tmp_path / "policies" / f"{name}.py").write_text(example, encoding="utf-8")
+    recipe(tmp_path, methods=METHODS)
     monkeypatch.chdir(tmp_path)
-    assert find_policy("mine").__name__ == "LoadCriticPolicy"
+    for command in (["reproduce", "tiny.yaml"], ["ablate", name, "--recipe", "tiny.yaml"]):
+        monkeypatch.setattr(sys, "argv", ["lawn-sb3", *command])
+        with pytest.raises(SystemExit) as end:
+            main()
+        assert not end.value.code
+    assert name in (tmp_path / "tiny" / name / "report" / "effects.md").read_text(encoding="utf-8")
 
 
 def test_the_environment_example_runs(capsys: pytest.CaptureFixture[str]) -> None:

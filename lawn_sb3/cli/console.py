@@ -23,6 +23,7 @@ LONGEST_FIGURE = 40
 """Characters of a cell; a column with longer ones holds sentences."""
 
 PAPER_RECIPE = Path("runs/paper.yaml")
+ABLATION_RECIPE = Path("runs/ablation.yaml")
 ScenarioName = Annotated[str, typer.Option(help=f"{', '.join(PRESETS)}, or the path of a YAML file")]
 Changes = Annotated[list[str], typer.Option("--set", help="change a constant of the scenario: key=value; repeatable")]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON object on standard output and nothing else")]

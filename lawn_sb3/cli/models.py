@@ -19,9 +19,9 @@ from lawn_sb3.cli.console import (
     say,
 )
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import is_finished, run_cell, write_rows
+from lawn_sb3.experiment.cell import is_finished, run_cell, try_method, write_rows
 from lawn_sb3.experiment.evaluation import evaluate, summarize
-from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import training_bar
@@ -78,7 +78,7 @@ def train(
         raise UserError(
             f"--out {str(out)!r} holds a finished run with other settings: choose another folder or delete it"
         )
-    build_model(cell)  # an algorithm that refuses its settings is found before anything is written
+    try_method(cell)
     with interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
         try:
             run_cell(cell, advance)
@@ -120,11 +120,7 @@ def evaluate_command(
         own = cell.scenario if scenario is None else load_scenario(scenario)
         changed = {**own.model_dump(), **parse_overrides(changes)}
         game = parse_scenario(changed, where=f"scenario {own.name!r}") if changes else own
-        if (game.num_uavs, game.num_gbs, game.max_voxel_steps) != (
-            cell.scenario.num_uavs,
-            cell.scenario.num_gbs,
-            cell.scenario.max_voxel_steps,
-        ):
+        if (game.num_gbs, game.max_voxel_steps) != (cell.scenario.num_gbs, cell.scenario.max_voxel_steps):
             raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
         if not is_finished(cell):
             raise UserError(f"{str(run)!r} is not finished, or its policy file has changed since")
@@ -142,7 +138,7 @@ def evaluate_command(
 
 
 def _sizes(scenario: Scenario) -> str:
-    return f"{scenario.num_uavs} UAVs, {scenario.num_gbs} GBSs, v_max {scenario.max_voxel_steps}"
+    return f"{scenario.num_gbs} GBSs, v_max {scenario.max_voxel_steps}"
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Commands about whole recipes: reproduce, report, export, tune."""
+"""Commands about whole recipes: reproduce, ablate, report, export, tune."""
 
 from __future__ import annotations
 
@@ -10,15 +10,26 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
-from lawn_sb3.cli.console import PAPER_RECIPE, RecipePath, interruptible, messages, print_table, say, wide_console
+from lawn_sb3.cli.console import (
+    ABLATION_RECIPE,
+    PAPER_RECIPE,
+    RecipePath,
+    interruptible,
+    messages,
+    print_table,
+    say,
+    wide_console,
+)
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.players import build_model
-from lawn_sb3.experiment.recipe import Recipe, cells, load_recipe
-from lawn_sb3.experiment.reference import export_runs
+from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
+from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe, with_policy
+from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
+from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.report.ablation import build_ablation
 from lawn_sb3.report.against_reference import against_reference
-from lawn_sb3.report.document import write_report
+from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.page import build_report
 from lawn_sb3.report.results import Results, read_results
 from lawn_sb3.report.sensitivity import build_sensitivity
@@ -38,12 +49,12 @@ def reproduce(
     recipe = load_recipe(recipe_path)
     runs = recipe_path.parent / recipe.name
     todo = cells(recipe, runs)
-    for cell in {(cell.variant, cell.key): cell for cell in todo}.values():
-        if cell.method.algo is not None:
-            build_model(cell)  # an algorithm that refuses its settings is found before anything runs
+    _try_methods(todo)
     with interruptible():
         try:
             run_cells(todo, jobs, messages)
+            if recipe.scaling is not None:
+                scale_out(todo, recipe.scaling, messages)
         except FailedRunsError:
             with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
                 _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
@@ -51,6 +62,39 @@ def reproduce(
         results = _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
     if results is not None:
         _compare(results, _reference(recipe_path, recipe), runs / "report")
+
+
+def _try_methods(todo: list[Cell]) -> None:
+    """Refuse broken policies and settings before anything runs."""
+    for cell in {(cell.variant, cell.key): cell for cell in todo}.values():
+        if cell.method.algo is not None:
+            try_method(cell)
+
+
+@app.command()
+def ablate(
+    policy: Annotated[str, typer.Argument(help="NAME of policies/NAME.py, or package.module:Class")],
+    recipe_path: Annotated[Path, typer.Option("--recipe", help="the ablations to compare with")] = ABLATION_RECIPE,
+    jobs: Annotated[int, typer.Option(min=1, help="runs side by side, one core each")] = 2,
+) -> None:
+    """Train a policy of yours with the default settings, and compare it with all ablations.
+
+    It takes the place of the default policy of its algorithm. What it is compared with comes from your own finished
+    runs of the recipe, or else from the reference results.
+    """
+    recipe, key = with_policy(load_recipe(recipe_path), policy)
+    runs, reference = recipe_path.parent / recipe.name, _reference(recipe_path, recipe)
+    kept = zip(cells(recipe, runs), cells(recipe, reference), strict=True)
+    compared = [mine if mine.key == key or is_finished(mine) else theirs for mine, theirs in kept]
+    base = recipe.methods[key].baseline
+    if not any(is_finished(cell) for cell in compared if cell.key == base):
+        raise UserError(f"no finished run of {base!r} to compare with: run lawn-sb3 reproduce {recipe_path} first")
+    own = [cell for cell in compared if cell.key == key]
+    _try_methods(own)
+    with interruptible():
+        run_cells(own, jobs, messages)
+    report, _ = build_ablation(recipe, compared, f"lawn-sb3 ablate {policy}")
+    _publish(report, runs / key / "report", "effects", "effect of each ablation on its default")
 
 
 @app.command("report")
@@ -93,7 +137,8 @@ def export(
         _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
-    written = export_runs(cells(recipe, runs), runs, folder)  # refuses before anything is replaced
+    files = ABLATION_FILES if recipe.is_ablation else RESULT_FILES
+    written = export_runs(cells(recipe, runs), runs, folder, files)  # refuses before anything is replaced
     _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")
 
@@ -108,18 +153,26 @@ def _report(recipe: Recipe, runs: Path, command: str, out: Path | None = None) -
     if recipe.variants:
         report = build_sensitivity(recipe, runs, command)
         main, shows = "ranking_reward", "J̄ by changed game"
+    elif recipe.is_ablation:
+        report, results = build_ablation(recipe, cells(recipe, runs), command)
+        main, shows = "effects", "effect of each ablation on its default"
     else:
         report, results = build_report(recipe, cells(recipe, runs), command)
         main, shows = "table2", "Table II; the paper's values in parentheses"
-    folder = out or runs / "report"
+    _publish(report, out or runs / "report", main, shows)
+    return results
+
+
+def _publish(report: Report, folder: Path, main: str, shows: str) -> None:
+    """Write a report and show its main table."""
     write_report(report, folder)
-    print_table(report.tables[main].shown, f"{recipe.title or recipe.name}: {shows}")
+    if main in report.tables:
+        print_table(report.tables[main].shown, f"{report.recipe.title or report.recipe.name}: {shows}")
     for text in report.summary:
         say(text)
     for problem in report.problems:
         say(f"not in the report: {problem}", "yellow")
     say(f"report: {folder / 'README.md'}")
-    return results
 
 
 def _compare(results: Results, folder: Path, target: Path) -> None:
@@ -127,7 +180,7 @@ def _compare(results: Results, folder: Path, target: Path) -> None:
     if not folder.is_dir():
         say("no reference results to compare with")
         return
-    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder)))
+    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder), besides=()))
     if not len(table.shown):
         say(f"the reference results in {folder} are of other methods or settings: nothing to compare with")
         return

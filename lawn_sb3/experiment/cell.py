@@ -14,6 +14,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
+from lawn_sb3.experiment.contract import check_policy
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer, build_model, training_env
 from lawn_sb3.experiment.provenance import provenance, whole_file, write_json, write_text
@@ -26,7 +27,9 @@ FLIGHT_FILES = ("evaluation.csv", "slots.csv", "paths.csv")
 """Where the parts of :class:`lawn_sb3.experiment.evaluation.Flights` go."""
 SAMPLED_FILE = "evaluation_sampled.csv"
 """The test missions flown once more by a greedy method, with sampled actions."""
-RESULT_FILES = (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv", "provenance.json")
+SCALING_FILE = "scaling.csv"
+"""What came out with other numbers of UAVs, if the recipe asks for it."""
+RESULT_FILES = (*FLIGHT_FILES, SAMPLED_FILE, SCALING_FILE, "progress.csv", "provenance.json")
 """All that the report reads, besides the configuration."""
 
 
@@ -97,6 +100,16 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     checkpoint_path(cell).unlink(missing_ok=True)
 
 
+def try_method(cell: Cell) -> None:
+    """Build the model of a cell and check its policy, before anything is written.
+
+    :param cell: a cell whose method trains
+    :raises UserError: if the policy breaks the contract, or the algorithm refuses its settings
+    """
+    assert cell.method.policy is not None
+    check_policy(build_model(cell), cell.method.policy)
+
+
 def write_rows(path: Path, rows: pd.DataFrame) -> None:
     """Write the raw rows of an evaluation in one go.
 
@@ -137,6 +150,8 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
         reset_num_timesteps=checkpoint is None,
     )
     model.logger.close()
+    assert method.policy is not None
+    check_policy(model, method.policy)  # what training has made of it
     with whole_file(cell.directory / "model.zip") as part:
         model.save(part)
     return model, watch, began

@@ -18,6 +18,7 @@ from stable_baselines3.common.save_util import load_from_zip_file
 from lawn_sb3.algos.iql import IQL
 from lawn_sb3.envs import FlatVecEnv, ObservationLayout, Observer, make_vec_env
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.contract import line_in_own_file, policy_error
 from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.experiment.registry import find_algorithm, find_player
@@ -149,7 +150,9 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
         return algorithm(policy, training_env(cell), seed=cell.seed, **settings)
     except UserError:
         raise
-    except (TypeError, ValueError, AssertionError, RuntimeError, MemoryError) as error:
+    except Exception as error:
+        if isinstance(error, NotImplementedError) or line_in_own_file(error, policy) is not None:
+            raise policy_error(error, policy, method.policy) from error
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {reason}") from error
 

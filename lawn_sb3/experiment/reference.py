@@ -3,22 +3,26 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import RESULT_FILES, is_finished
+from lawn_sb3.experiment.cell import FLIGHT_FILES, RESULT_FILES, SCALING_FILE, is_finished
 from lawn_sb3.experiment.players import build_model, load_networks
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, save_weights
 
+ABLATION_FILES = (FLIGHT_FILES[0], SCALING_FILE, "progress.csv", "provenance.json")
+"""What is kept of an ablation's run: all that its report reads."""
 
-def export_runs(cells: Sequence[Cell], root: Path, folder: Path) -> int:
+
+def export_runs(cells: Sequence[Cell], root: Path, folder: Path, files: Collection[str] = RESULT_FILES) -> int:
     """Copy finished runs: their rows, curves and provenance, and the weights of each method's first seed.
 
     :param cells: the cells of a recipe without changed games
     :param root: the folder of its runs
     :param folder: where the copies go; runs that are there already are replaced
+    :param files: the files to copy besides the configuration
     :return: bytes written
     :raises UserError: naming the first run that is not finished
     """
@@ -31,7 +35,7 @@ def export_runs(cells: Sequence[Cell], root: Path, folder: Path) -> int:
         target = folder / cell.directory.relative_to(root)
         shutil.rmtree(target, ignore_errors=True)
         target.mkdir(parents=True)
-        for name in ("config.yaml", "finished", *RESULT_FILES):
+        for name in ("config.yaml", "finished", *files):
             if (cell.directory / name).exists():
                 shutil.copyfile(cell.directory / name, target / name)
         if cell.method.algo is not None and cell.key not in with_weights:

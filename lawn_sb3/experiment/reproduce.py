@@ -31,6 +31,8 @@ class FailedRunsError(RuntimeError):
     """Some runs of a recipe failed; the others are finished and kept."""
 
 
+MOST_NAMED = 3
+"""Failed runs that the last message names; each was named when it failed."""
 QUIET_SECONDS = 30.0
 """How often progress is printed where no bar can be drawn."""
 
@@ -68,7 +70,8 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
                 process.terminate()
             raise
     if failures:
-        raise FailedRunsError(f"{len(failures)} of {len(todo)} runs failed: {'; '.join(failures)}")
+        more = f"; and {len(failures) - MOST_NAMED} more" if len(failures) > MOST_NAMED else ""
+        raise FailedRunsError(f"{len(failures)} of {len(todo)} runs failed: {'; '.join(failures[:MOST_NAMED])}{more}")
 
 
 def prepare_worker() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -15,6 +15,9 @@ from lawn_sb3.experiment.cell import is_finished
 from lawn_sb3.experiment.evaluation import summarize
 from lawn_sb3.experiment.recipe import Cell, Method, Recipe
 from lawn_sb3.report.run_files import read_evaluation, read_paths, read_progress, read_sampled, read_slots
+
+BESIDES = ("curves", "slots", "paths", "sampled")
+"""Tables of :class:`Results` that can be read besides the evaluations."""
 
 
 @dataclass
@@ -116,15 +119,16 @@ def score_matrix(
     return values if per == "uav" else values.mean(axis=-1)
 
 
-def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
+def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = BESIDES) -> Results:
     """Read the runs of a recipe.
 
     :param recipe: the recipe
     :param cells: its cells
+    :param besides: the tables to read besides ``episodes``
     :return: what could be read, and what could not
     """
     results = Results(recipe)
-    parts: dict[str, list[pd.DataFrame]] = {"episodes": [], "curves": [], "slots": [], "paths": [], "sampled": []}
+    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *besides)}
     for cell in cells:
         if not (cell.directory / "config.yaml").exists():
             other = cell.directory.exists() and (not cell.directory.is_dir() or any(cell.directory.iterdir()))
@@ -133,7 +137,7 @@ def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(cell, results.problems).items():
+        for table, rows in _read_run(cell, besides, results.problems).items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
@@ -142,7 +146,7 @@ def read_results(recipe: Recipe, cells: list[Cell]) -> Results:
     return results
 
 
-def _read_run(cell: Cell, problems: list[str]) -> dict[str, pd.DataFrame]:
+def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:
     """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
     tables: dict[str, pd.DataFrame] = {}
 
@@ -156,10 +160,15 @@ def _read_run(cell: Cell, problems: list[str]) -> dict[str, pd.DataFrame]:
     if "episodes" not in tables:
         return {}
     evaluation = tables["episodes"]
-    keep("slots", lambda: read_slots(cell, evaluation))
-    keep("paths", lambda: read_paths(cell, evaluation))
+    readers: dict[str, Callable[[], pd.DataFrame]] = {
+        "slots": lambda: read_slots(cell, evaluation),
+        "paths": lambda: read_paths(cell, evaluation),
+    }
     if cell.method.algo is not None:
-        keep("curves", lambda: read_progress(cell))
+        readers["curves"] = lambda: read_progress(cell)
         if cell.evaluation.deterministic:
-            keep("sampled", lambda: read_sampled(cell, evaluation))
+            readers["sampled"] = lambda: read_sampled(cell, evaluation)
+    for table, read in readers.items():
+        if table in besides:
+            keep(table, read)
     return tables

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import bootstrap, trim_mean, ttest_ind
+from scipy.stats import bootstrap, trim_mean, ttest_ind, ttest_rel
 
 from lawn_sb3.errors import UserError
 
@@ -123,6 +123,39 @@ def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float 
     return Interval(value, float(bounds.low), float(bounds.high))
 
 
+def paired_t(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = 0.95) -> Interval:
+    """Mean difference seed by seed with Student's t interval over the S differences; effects of ablations rest on it.
+
+    Seed k of one method is held against seed k of the other. What both have in common, the test missions and what a
+    seed settles alike for both, cancels in each difference, and the interval says how much the differences spread.
+    It is Student's t and not the percentile bootstrap, because the bootstrap of five seeds holds the true mean in
+    about five of six cases only (a test measures it): one effect in six would seem to be there without being so. For
+    five seeds t is 1.6 times as wide, and holds the true mean in 95 of 100 cases if differences are normal.
+
+    :param by_seed: one score a seed [S]
+    :param other: the same of the other method, in the same order of seeds, on the same missions [S]
+    :param confidence: share of such intervals that hold the true difference, in (0, 1)
+    :return: the difference in the unit of the scores; NaN bounds for one seed, equal bounds if all differences are
+        equal
+    :raises UserError: if the numbers of seeds differ, there is no score, or one that is not finite
+    """
+    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
+    if len(first) != len(second):
+        raise UserError(f"by_seed has {len(first)} seeds, other {len(second)}: seeds in pairs need as many of both")
+    _check_confidence(confidence)
+    differences = first - second
+    value = float(differences.mean())
+    if len(differences) < 2:
+        return Interval(value, float("nan"), float("nan"))
+    if np.ptp(differences) == 0.0:
+        value = float(differences[0])  # the mean of equal numbers may be a hair off
+        return Interval(value, value, value)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Precision loss")  # nearly no spread: the bounds are right all the same
+        bounds = ttest_rel(first, second).confidence_interval(confidence)
+    return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
+
+
 def probability_of_improvement(
     scores: ArrayLike, other: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0
 ) -> Interval:
@@ -151,8 +184,7 @@ def _over_pairs(pairs: NDArray[np.float64], confidence: float, rng_seed: int) ->
 
 def _interval(statistic: _Statistic, num_seeds: Sequence[int], confidence: float, rng_seed: int) -> Interval:
     """Value of a statistic over all seeds, and its percentile bootstrap over resampled seeds."""
-    if not 0.0 < confidence < 1.0:
-        raise UserError(f"confidence = {confidence}: must lie between 0 and 1")
+    _check_confidence(confidence)
     seeds = [np.arange(count) for count in num_seeds]
     value = float(statistic(*seeds))
     if min(num_seeds) < 2:
@@ -170,6 +202,11 @@ def _interval(statistic: _Statistic, num_seeds: Sequence[int], confidence: float
     ).confidence_interval
     # Rounding can put a bound of equal seeds a hair beyond the value, and error bars must not be negative.
     return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
+
+
+def _check_confidence(confidence: float) -> None:
+    if not 0.0 < confidence < 1.0:
+        raise UserError(f"confidence = {confidence}: must lie between 0 and 1")
 
 
 def _checked_pair(scores: ArrayLike, other: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

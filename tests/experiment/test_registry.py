@@ -1,78 +1,42 @@
-"""Names: policies by file name or by module, algorithms and players by name."""
+"""Names of algorithms and players, and which class of an algorithm takes which policy."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
 import pytest
-from stable_baselines3.common.policies import ActorCriticPolicy
+from sb3_contrib.qrdqn.policies import QRDQNPolicy
+from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+from stable_baselines3.dqn.policies import DQNPolicy
+from stable_baselines3.sac.policies import SACPolicy
 
+from lawn_sb3.algos.iql import IQL
+from lawn_sb3.algos.mappo import (
+    MAPPO,
+    CTDEPolicy,
+    MaskableCTDEPolicy,
+    MaskableMAPPO,
+    RecurrentCTDEPolicy,
+    RecurrentMAPPO,
+)
+from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.policies import find_policy
-from lawn_sb3.experiment.registry import REPOSITORY, find_algorithm, find_player
-
-OWN_POLICY = '''
-import torch as th
-from lawn_sb3.algos.mappo import CTDEPolicy
-
-class OwnPolicy(CTDEPolicy):
-    """A critic that sees nothing but the loads."""
-
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, self.layout.cell_loads]
-'''
-
-
-def test_a_file_in_policies_is_found_by_its_name() -> None:
-    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
-    assert find_policy("centralized_critic").__name__ == "CentralizedCriticPolicy"
-
-
-def test_a_policy_is_found_by_module_and_class() -> None:
-    assert find_policy("policies.state_critic:StateCriticPolicy").__name__ == "StateCriticPolicy"
-
-
-def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / "only_here.py").write_text(OWN_POLICY, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    assert find_policy("only_here").__name__ == "OwnPolicy"
-
-
-@pytest.mark.parametrize(
-    ("source", "expected"),
-    [
-        ("import nothing_of_that_name", "ModuleNotFoundError"),
-        ("x = 1", "must hold one policy class, found 0"),
-        (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),
-    ],
+from lawn_sb3.experiment.registry import (
+    ALGORITHMS,
+    TAKES,
+    accepted_settings,
+    algorithm_for,
+    find_algorithm,
+    find_player,
 )
-def test_a_broken_policy_file_is_named_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, expected: str
-) -> None:
-    (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / "broken.py").write_text(source, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=expected) as refusal:
-        find_policy("broken")
-    assert "broken.py" in str(refusal.value)
 
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("stat_critic", "did you mean 'state_critic'"),
-        ("no.such.module:Policy", "cannot be imported"),
-        ("policies.state_critic:Nobody", "no class 'Nobody'"),
-        ("lawn_sb3.scenario:Scenario", "not an SB3 policy"),
-    ],
-)
-def test_an_unknown_policy_is_refused(name: str, expected: str) -> None:
-    with pytest.raises(UserError, match=expected):
-        find_policy(name)
+FITS: dict[type[BasePolicy], tuple[str, type]] = {
+    ActorCriticPolicy: ("mappo", MAPPO),
+    CTDEPolicy: ("mappo", MAPPO),
+    MaskableCTDEPolicy: ("mappo", MaskableMAPPO),
+    RecurrentCTDEPolicy: ("mappo", RecurrentMAPPO),
+    DQNPolicy: ("iql", IQL),
+    QRDQNPolicy: ("iql", IQL),
+    QMIXPolicy: ("qmix", QMIX),
+}
 
 
 def test_unknown_algorithms_and_players_are_refused() -> None:
@@ -82,16 +46,30 @@ def test_unknown_algorithms_and_players_are_refused() -> None:
         find_player("randon")
 
 
-def test_a_file_named_like_one_of_the_kits_own_policies_is_refused_unless_it_is_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    find_policy("state_critic")
-    monkeypatch.setitem(sys.modules, "policies.state_critic", sys.modules["policies.state_critic"])  # comes back
-    (tmp_path / "policies").mkdir()
-    source = (REPOSITORY / "policies" / "state_critic.py").read_text(encoding="utf-8")
-    (tmp_path / "policies" / "state_critic.py").write_text(source, encoding="utf-8")
-    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
-    (tmp_path / "policies" / "state_critic.py").write_text(source + "# mine\n", encoding="utf-8")
-    with pytest.raises(UserError, match="rename your file"):
-        find_policy("state_critic")
+@pytest.mark.parametrize("policy", FITS)
+def test_the_base_class_of_a_policy_decides_what_trains_it(policy: type[BasePolicy]) -> None:
+    algo, expected = FITS[policy]
+    assert algorithm_for(policy) == algo
+    assert find_algorithm(algo, policy) is expected
+
+
+@pytest.mark.parametrize("policy", FITS)
+def test_another_algorithm_refuses_it_and_says_whose_it_is(policy: type[BasePolicy]) -> None:
+    algo = FITS[policy][0]
+    for other in set(TAKES) - {algo}:
+        with pytest.raises(UserError, match=f"{policy.__name__} .* does not fit {other}: it is a policy for {algo}; "):
+            find_algorithm(other, policy)
+
+
+def test_a_policy_of_no_algorithm_is_refused_with_what_is_allowed() -> None:
+    assert algorithm_for(SACPolicy) is None
+    with pytest.raises(UserError, match=r"SACPolicy .* does not fit mappo; mappo takes .*MaskableActorCriticPolicy"):
+        find_algorithm("mappo", SACPolicy)
+
+
+def test_settings_are_those_of_the_constructors_and_of_what_they_hand_on_to() -> None:
+    """``clip_range`` is named by MAPPO itself; ``use_sde`` by PPO alone; QMIX knows neither."""
+    assert {"clip_range", "use_sde", "normalize_value", "ent_coef", "n_steps"} <= accepted_settings("mappo")
+    assert "kwargs" not in accepted_settings("mappo")
+    assert not {"clip_range", "use_sde"} & accepted_settings("qmix")
+    assert set(ALGORITHMS) == set(TAKES)

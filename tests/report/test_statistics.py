@@ -18,6 +18,7 @@ from lawn_sb3.report.statistics import (
     interquartile_mean,
     mean_interval,
     paired_difference,
+    paired_t,
     probability_of_improvement,
     welch_difference,
 )
@@ -285,3 +286,53 @@ def test_welch_intervals_hold_the_true_difference_as_often_as_they_say() -> None
     held = [welch_difference(first, second) for first, second in pairs]
     # 950 of 1,000 expected, standard deviation 7.
     assert 0.925 < np.mean([found.low <= 0.0 <= found.high for found in held]) < 0.985
+
+
+# Difference seed by seed
+
+
+def test_paired_t_interval_by_hand() -> None:
+    # Differences 1, 2, 3: mean 2, standard error 1 / sqrt(3) = 0.5774, 2 degrees of freedom, whose 97.5 % quantile of t
+    # is 4.3027: 2 -+ 2.4842.
+    found = paired_t([11.0, 22.0, 33.0], [10.0, 20.0, 30.0])
+    assert found == pytest.approx((2.0, -0.4842, 4.4842), abs=1e-4)
+
+
+def test_what_a_seed_does_to_both_cancels() -> None:
+    assert paired_t([100.5, -3.5, 7.5], [100.0, -4.0, 7.0]) == (0.5, 0.5, 0.5)
+
+
+def test_one_pair_of_seeds_has_unknown_bounds() -> None:
+    found = paired_t([3.0], [1.0])
+    assert found.value == 2.0
+    assert np.isnan(found[1:]).all()
+
+
+@given(pairs=st.lists(st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3)), min_size=2, max_size=9), data=st.data())
+@FEW
+def test_paired_t_changes_sign_with_the_order_of_methods_and_not_with_that_of_seeds(
+    pairs: list[tuple[float, float]], data: st.DataObject
+) -> None:
+    first, second = np.array(pairs).T
+    found = paired_t(first, second)
+    assert_holds_its_value(found)
+    back = paired_t(second, first)
+    assert (-back.value, -back.high, -back.low) == pytest.approx(tuple(found), abs=1e-9)
+    seeds = data.draw(st.permutations(range(len(first))))
+    assert paired_t(first[seeds], second[seeds]) == pytest.approx(tuple(found), abs=1e-9)
+
+
+def test_paired_t_intervals_hold_the_true_difference_as_often_as_they_say() -> None:
+    # What a seed does to both has ten times the spread of what it does to one of them.
+    rng = np.random.default_rng(0)
+    shared, own, other = 10.0 * rng.normal(size=(1_000, 5)), rng.normal(size=(1_000, 5)), rng.normal(size=(1_000, 5))
+    held = [paired_t(*seeds) for seeds in zip(shared + own + 1.0, shared + other, strict=True)]
+    # 950 of 1,000 expected, standard deviation 7.
+    assert 0.925 < np.mean([found.low <= 1.0 <= found.high for found in held]) < 0.975
+
+
+def test_seeds_that_cannot_be_paired_are_refused() -> None:
+    with pytest.raises(UserError, match="by_seed has 2 seeds, other 3"):
+        paired_t([1.0, 2.0], [1.0, 2.0, 3.0])
+    with pytest.raises(UserError, match="must lie between 0 and 1"):
+        paired_t([1.0, 2.0], [1.0, 3.0], confidence=95.0)

@@ -26,11 +26,11 @@ ROLES: dict[str, dict[str, Any]] = {
     "random": {"player": "random"},
     "straight": {"player": "shortest-path"},
     "iql": {"algo": "iql", "policy": "local_q"},
-    "iql-shared": {"algo": "iql", "policy": "local_q", "share_parameters": True},
     "qmix": {"algo": "qmix", "policy": "monotonic_mixer"},
     "mappo": {"algo": "mappo", "policy": "state_critic"},
     "mappo-o": {"algo": "mappo", "policy": "centralized_critic"},
-    "mappo-raw": {"algo": "mappo", "policy": "state_critic", "normalize_value": False},
+    "mappo-raw": {"algo": "mappo", "policy": "centralized_critic", "normalize_value": False},
+    "mappo-separate": {"algo": "mappo", "policy": "separate_actors"},
     "ippo": {"algo": "mappo", "policy": "local_critic"},
     "blind": {"algo": "mappo", "policy": "congestion_blind"},
 }
@@ -51,6 +51,7 @@ class Claim(BaseModel):
     :param test: name of the test
     :param arguments: the test's arguments
     :param headline: whether it is one of those that carry the paper
+    :param needs_ablation: whether it takes the methods of ``runs/ablation.yaml``, in whose report it is judged
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -62,6 +63,7 @@ class Claim(BaseModel):
     test: str
     arguments: dict[str, Any] = Field(default_factory=dict)
     headline: bool = False
+    needs_ablation: bool = False
 
 
 class Finding(NamedTuple):
@@ -145,6 +147,8 @@ class Evidence:
 
 def _plays(method: Method, role: str) -> bool:
     values = {**UNLESS_SET, **method.settings, "player": method.player, "algo": method.algo, "policy": method.policy}
+    if method.without_reward:
+        return False
     return all(values[name] == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())
 
 

@@ -54,7 +54,8 @@ def judge(claim: Claim, evidence: Evidence) -> Finding:
     try:
         return TESTS[claim.test](evidence, **claim.arguments)
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
-        return Finding("not testable", "", sentence(str(error)))
+        elsewhere = "; it is judged in the report of runs/ablation.yaml" if claim.needs_ablation else ""
+        return Finding("not testable", "", sentence(f"{error}{elsewhere}"))
 
 
 def judge_all(claims: Sequence[Claim], evidence: Evidence) -> list[Judged]:

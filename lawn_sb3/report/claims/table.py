@@ -21,10 +21,11 @@ CAPTION = (
 """To be filled with the number of claims."""
 
 
-def claims_table(judged: Sequence[Judged]) -> Table:
+def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
     """All claims with their findings.
 
     :param judged: the claims and what was found
+    :param caption: what to say of them, perhaps with their ``count``
     :return: one row a claim
     """
     numbers = pd.DataFrame(
@@ -50,7 +51,7 @@ def claims_table(judged: Sequence[Judged]) -> Table:
             "Why": [finding.why for _, finding in judged],
         }
     )
-    return Table(numbers, shown, CAPTION.format(count=len(judged)))
+    return Table(numbers, shown, caption.format(count=len(judged)))
 
 
 def claims_headlines(judged: Sequence[Judged]) -> Table:

@@ -130,11 +130,11 @@ def test_fluctuation_needs_curves_of_several_points_and_seeds(curves: list[pd.Da
 
 def test_who_is_higher_on_average_learns_faster() -> None:
     # Means over training 60 and 40.
-    found = evidence(curves=[trained("iql-shared", *[[30, 90]] * 2), trained("iql", *[[0, 80]] * 2)])
-    finding = learns_faster(found, ["iql-shared"], ["iql"])
+    found = evidence(curves=[trained("mappo-o", *[[30, 90]] * 2), trained("mappo-separate", *[[0, 80]] * 2)])
+    finding = learns_faster(found, ["mappo-o"], ["mappo-separate"])
     assert finding.verdict == "reproduced"
-    assert "IQL-SHARED, shared network: 60.00 [60.00, 60.00] %; IQL: 40.00" in finding.figure
-    assert learns_faster(found, ["iql"], ["iql-shared"]).verdict == "not reproduced"
+    assert "MAPPO-O: 60.00 [60.00, 60.00] %; MAPPO-SEPARATE: 40.00" in finding.figure
+    assert learns_faster(found, ["mappo-separate"], ["mappo-o"]).verdict == "not reproduced"
 
 
 @pytest.mark.parametrize(

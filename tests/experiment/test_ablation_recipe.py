@@ -1,0 +1,101 @@
+"""Recipes whose methods are ablations of others, and policies that join them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.recipe import Recipe, load_recipe, with_policy
+from lawn_sb3.experiment.registry import REPOSITORY
+
+ABLATION: dict[str, Any] = {
+    "name": "own",
+    "seeds": [0],
+    "methods": {
+        "mappo": {"label": "MAPPO", "algo": "mappo", "env_steps": 8, "settings": {"gamma": 0.7}},
+        "mappo-state": {
+            "label": "V(x)",
+            "algo": "mappo",
+            "policy": "state_critic",
+            "env_steps": 8,
+            "baseline": "mappo",
+        },
+        "qmix": {"label": "QMIX", "algo": "qmix", "env_steps": 8},
+    },
+}
+
+
+def test_a_policy_is_added_to_an_ablation_with_the_settings_of_its_algorithms_default() -> None:
+    recipe, key = with_policy(Recipe.model_validate(ABLATION), "local_critic")
+    added = recipe.methods[key]
+    assert (key, added.label, added.algo, added.policy, added.baseline) == (
+        "local_critic",
+        "local_critic",
+        "mappo",
+        "local_critic",
+        "mappo",
+    )
+    assert added.settings == {"gamma": 0.7}
+    recipe, key = with_policy(Recipe.model_validate(ABLATION), "policies.additive_mixer:AdditiveMixerPolicy")
+    assert (key, recipe.methods[key].baseline) == ("AdditiveMixerPolicy", "qmix")
+
+
+@pytest.mark.parametrize(
+    ("policy", "expected"),
+    [
+        ("state_critic", "has policy 'state_critic' already: it is the method 'mappo-state'"),
+        ("local_q", "policy 'local_q' is for iql; recipe 'own' has default methods of: mappo, qmix"),
+        ("stat_critic", "did you mean 'state_critic'"),
+    ],
+)
+def test_a_policy_that_cannot_be_added_is_refused(policy: str, expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
+        with_policy(Recipe.model_validate(ABLATION), policy)
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"baseline": "mapp"}, "unknown baseline 'mapp' .did you mean 'mappo'"),
+        ({"baseline": "mappo-state"}, "unknown baseline 'mappo-state'"),
+        ({"without_reward": ["navi"]}, "without_reward"),
+        ({"policy": "local_q"}, "does not fit mappo: it is a policy for iql"),
+    ],
+)
+def test_an_ablation_that_cannot_be_is_refused(tmp_path: Path, changes: dict[str, Any], expected: str) -> None:
+    methods = {**ABLATION["methods"], "mappo-state": {**ABLATION["methods"]["mappo-state"], **changes}}
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump({**ABLATION, "methods": methods}), encoding="utf-8")
+    with pytest.raises(UserError, match=expected):
+        load_recipe(path)
+
+
+def test_an_unknown_method_to_scale_out_is_refused(tmp_path: Path) -> None:
+    scaling = {"num_uavs": [1], "methods": ["mapo"]}
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump({**ABLATION, "scaling": scaling}), encoding="utf-8")
+    with pytest.raises(UserError, match=r"scaling: unknown method 'mapo' .did you mean 'mappo'"):
+        load_recipe(path)
+
+
+def test_every_shipped_ablation_differs_from_its_default_in_one_thing() -> None:
+    recipe = load_recipe(REPOSITORY / "runs" / "ablation.yaml")
+    assert set(recipe.scaling.methods if recipe.scaling else ()) <= set(recipe.methods)
+    for key, method in recipe.methods.items():
+        if method.baseline is not None:
+            own, default = method.model_dump(), recipe.methods[method.baseline].model_dump()
+            settings = own.pop("settings").items() ^ default.pop("settings").items()
+            changed = {name for name in own if own[name] != default[name]} - {"label", "baseline", "paper_row"}
+            assert len(changed) + len(settings) == 1, key
+
+
+def test_the_defaults_of_the_ablation_are_the_methods_of_the_papers_recipe() -> None:
+    ablation, paper = (load_recipe(REPOSITORY / "runs" / f"{name}.yaml") for name in ("ablation", "paper"))
+    for key in ("mappo", "qmix", "iql"):
+        ours, theirs = (one.methods[key].model_dump(exclude={"label", "paper_row"}) for one in (ablation, paper))
+        assert ours == theirs
+    assert (ablation.evaluation, ablation.seeds, ablation.game()) == (paper.evaluation, paper.seeds, paper.game())

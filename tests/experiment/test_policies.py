@@ -1,0 +1,143 @@
+"""Policies by file name, by module and class, and as another package registered them."""
+
+from __future__ import annotations
+
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.registry import REPOSITORY
+
+OWN_POLICY = '''
+import torch as th
+from lawn_sb3.algos.mappo import CTDEPolicy
+
+class OwnPolicy(CTDEPolicy):
+    """A critic that sees nothing but the loads."""
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        return flat[:, self.layout.cell_loads]
+'''
+
+
+def test_a_file_in_policies_is_found_by_its_name() -> None:
+    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
+    assert find_policy("centralized_critic").__name__ == "CentralizedCriticPolicy"
+
+
+def test_a_policy_is_found_by_module_and_class() -> None:
+    assert find_policy("policies.state_critic:StateCriticPolicy").__name__ == "StateCriticPolicy"
+
+
+def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "policies").mkdir()
+    (tmp_path / "policies" / "only_here.py").write_text(OWN_POLICY, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert find_policy("only_here").__name__ == "OwnPolicy"
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("import nothing_of_that_name", "ModuleNotFoundError"),
+        ("x = 1", r"must hold one policy class, found 0 \(no class\)"),
+        ("class Own:\n    pass", r"found 0 \(Own\): a policy derives from lawn_sb3.algos.mappo.CTDEPolicy"),
+        (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),
+    ],
+)
+def test_a_broken_policy_file_is_named_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, expected: str
+) -> None:
+    (tmp_path / "policies").mkdir()
+    (tmp_path / "policies" / "broken.py").write_text(source, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=expected) as refusal:
+        find_policy("broken")
+    assert "broken.py" in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("stat_critic", "did you mean 'state_critic'"),
+        ("no.such.module:Policy", "cannot be imported"),
+        ("policies.state_critic:Nobody", "no class 'Nobody'"),
+        ("lawn_sb3.scenario:Scenario", "not an SB3 policy"),
+    ],
+)
+def test_an_unknown_policy_is_refused(name: str, expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
+        find_policy(name)
+
+
+def test_a_file_named_like_one_of_the_kits_own_policies_is_refused_unless_it_is_the_same(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    find_policy("state_critic")
+    monkeypatch.setitem(sys.modules, "policies.state_critic", sys.modules["policies.state_critic"])  # comes back
+    (tmp_path / "policies").mkdir()
+    source = (REPOSITORY / "policies" / "state_critic.py").read_text(encoding="utf-8")
+    (tmp_path / "policies" / "state_critic.py").write_text(source, encoding="utf-8")
+    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
+    (tmp_path / "policies" / "state_critic.py").write_text(source + "# mine\n", encoding="utf-8")
+    with pytest.raises(UserError, match="rename your file"):
+        find_policy("state_critic")
+
+
+SETUP = """
+[metadata]
+name = {name}
+version = 1.0
+
+[options]
+py_modules = {module}
+
+[options.entry_points]
+lawn_sb3.policies =
+    {registered} = {module}:{attribute}
+"""
+
+
+def install(folder: Path, monkeypatch: pytest.MonkeyPatch, registered: str, attribute: str = "OwnPolicy") -> None:
+    """Install a tiny package that registers a policy, where Python finds it for the length of a test."""
+    source, module = folder / "source", f"tiny_{registered}"
+    source.mkdir(parents=True)
+    (source / f"{module}.py").write_text(OWN_POLICY, encoding="utf-8")
+    setup = SETUP.format(name=f"tiny-{registered}", module=module, registered=registered, attribute=attribute)
+    (source / "setup.cfg").write_text(setup, encoding="utf-8")
+    (source / "pyproject.toml").write_text('[build-system]\nrequires = ["setuptools"]\n', encoding="utf-8")
+    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--no-build-isolation", "--no-index"]
+    subprocess.run([*pip, "--target", str(folder / "site"), str(source)], check=True, capture_output=True)
+    monkeypatch.syspath_prepend(str(folder / "site"))
+    importlib.invalidate_caches()
+
+
+def test_a_policy_that_an_installed_package_registers_is_found_by_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    install(tmp_path, monkeypatch, "loads_only")
+    found = find_policy("loads_only")
+    assert (found.__module__, found.__name__) == ("tiny_loads_only", "OwnPolicy")
+    assert find_policy("tiny_loads_only:OwnPolicy") is found
+    with pytest.raises(UserError, match="did you mean 'loads_only'"):
+        find_policy("load_only")
+
+
+def test_a_registered_name_that_a_file_has_too_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, "relative")
+    with pytest.raises(UserError, match=r"both '.*relative.py' and registered by 'tiny-relative' as "):
+        find_policy("relative")
+
+
+def test_a_package_that_registers_something_else_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    install(tmp_path, monkeypatch, "nobody", attribute="Nobody")
+    with pytest.raises(UserError, match=r"policy 'nobody', registered by 'tiny-nobody' .* has no class 'Nobody'"):
+        find_policy("nobody")
