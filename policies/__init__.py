@@ -21,9 +21,8 @@ policy gets o_i alone.
 
 **Gives.** Logits [B, A] and values [B, 1] (MAPPO), action values [B, A] (QMIX, DQN) or quantiles [B, n, A] (QRDQN); a
 mixer, called with Qs [B, N] and states [B, state_dim], gives [B]. All are finite; a slot's answer depends on its own
-row alone; the actor does not read x. All this is tried out before training, and the last once more after it: x is
-replaced by other values, and no answer of the actor may change in a single bit. A policy that fails is refused in one
-line.
+row alone; the actor does not read x. All this is tried out before training and once more after it: x is replaced by
+other values, and no answer of the actor may change in a single bit. A policy that fails is refused in one line.
 
 **Named** by its file, by ``package.module:Class``, or by the name under which another package registers it in the
 entry-point group ``lawn_sb3.policies``. **Saved and loaded** as in SB3: the model's zip holds the ``state_dict`` of the

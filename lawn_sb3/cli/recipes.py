@@ -79,21 +79,26 @@ def ablate(
 ) -> None:
     """Train a policy of yours with the default settings, and compare it with all ablations.
 
-    It takes the place of the default policy of its algorithm. What it is compared with comes from your own finished
-    runs of the recipe, or else from the reference results.
+    It takes the place of the default policy of its algorithm. What it is compared with are your own runs of the
+    recipe, or the reference results of each method that you have not run in full.
     """
     recipe, key = with_policy(load_recipe(recipe_path), policy)
     runs, reference = recipe_path.parent / recipe.name, _reference(recipe_path, recipe)
-    kept = zip(cells(recipe, runs), cells(recipe, reference), strict=True)
-    compared = [mine if mine.key == key or is_finished(mine) else theirs for mine, theirs in kept]
+    todo = cells(recipe, runs)
+    unfinished = {cell.key for cell in todo if cell.key != key and not is_finished(cell)}
+    kept = [cell for cell in cells(recipe, reference) if cell.key in unfinished]
+    compared = [cell for cell in todo if cell.key not in unfinished] + kept
     base = recipe.methods[key].baseline
     if not any(is_finished(cell) for cell in compared if cell.key == base):
         raise UserError(f"no finished run of {base!r} to compare with: run lawn-sb3 reproduce {recipe_path} first")
-    own = [cell for cell in compared if cell.key == key]
+    own = [cell for cell in todo if cell.key == key]
     _try_methods(own)
     with interruptible():
         run_cells(own, jobs, messages)
-    report, _ = build_ablation(recipe, compared, f"lawn-sb3 ablate {policy}")
+    option = "" if recipe_path == ABLATION_RECIPE else f" --recipe {recipe_path.as_posix()}"
+    report, _ = build_ablation(recipe, compared, f"lawn-sb3 ablate {policy}{option}")
+    if kept:
+        report.summary.append(f"Reference results, not your own runs: {', '.join(sorted(unfinished))}.")
     _publish(report, runs / key / "report", "effects", "effect of each ablation on its default")
 
 

@@ -55,7 +55,7 @@ class ModelPlayer:
         self._layout = training_layout(self.model)
         self._observer = Observer(simulator.scenario, self._layout.with_index)
         self._is_moved = self._observer.layout != self._layout
-        if self._is_moved and not (fits_any_num_uavs(self.model) and self._same_cells()):
+        if self._is_moved and not (can_be_moved(self.model) and self._same_cells()):
             trained, asked = (
                 f"{layout.num_uavs} UAVs and {layout.num_gbs} GBSs" for layout in (self._layout, self._observer.layout)
             )
@@ -104,14 +104,13 @@ def training_layout(model: BaseAlgorithm) -> ObservationLayout:
     return layout
 
 
-def fits_any_num_uavs(model: BaseAlgorithm) -> bool:
+def can_be_moved(model: BaseAlgorithm) -> bool:
     """Whether the actor of a model can be flown with another number of UAVs than it was trained with.
 
     :param model: a model with its training environment
-    :return: false if UAVs have networks of their own
+    :return: false if its networks belong to single UAVs, or know them by their index
     """
-    own_networks = isinstance(model, IQL) and not model.share_parameters
-    return not own_networks and not training_layout(model).with_index
+    return not isinstance(model, IQL) and not training_layout(model).with_index
 
 
 def training_env(cell: Cell) -> FlatVecEnv:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import importlib
 import importlib.util
 import inspect
 import sys
+import sysconfig
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -19,6 +21,34 @@ ENTRY_POINTS = "lawn_sb3.policies"
 """The entry-point group in which other packages register policies: ``NAME = package.module:Class``."""
 
 
+_DIGESTS: dict[type[BasePolicy], str] = {}
+"""What the files of policies held when they were imported: one that is edited later is not what this process runs."""
+
+
+def policy_digest(policy: type[BasePolicy]) -> str:
+    """Hash of the files that hold a policy and what it derives from, as they were when it was found.
+
+    :param policy: a class that :func:`find_policy` returned
+    :return: the hash; files of the kit itself and of installed packages do not count, but for the policy's own
+    """
+    if policy not in _DIGESTS:
+        files = [inspect.getfile(policy)]
+        files += [inspect.getfile(base) for base in policy.__mro__[1:] if _is_users_own(base)]
+        content = b"".join(Path(file).read_bytes() for file in dict.fromkeys(files))
+        _DIGESTS[policy] = hashlib.sha256(content).hexdigest()[:16]
+    return _DIGESTS[policy]
+
+
+def _is_users_own(base: type) -> bool:
+    """Whether a class lies in a file of the working folder or of ``policies/``, not of the kit or its environment."""
+    if base.__module__ == "builtins":
+        return False
+    path = Path(inspect.getfile(base)).resolve()
+    installed = [Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "purelib", "platlib")]
+    near = any(path.is_relative_to(folder) for folder in (Path.cwd(), REPOSITORY))
+    return near and not any(path.is_relative_to(folder) for folder in (*installed, REPOSITORY / "lawn_sb3"))
+
+
 def find_policy(name: str) -> type[BasePolicy]:
     """Find a policy.
 
@@ -26,6 +56,12 @@ def find_policy(name: str) -> type[BasePolicy]:
     :return: the class
     :raises UserError: if it cannot be found or imported, or is no policy, saying what and where
     """
+    policy = _find(name)
+    policy_digest(policy)  # taken down now
+    return policy
+
+
+def _find(name: str) -> type[BasePolicy]:
     if ":" in name:
         module_name, _, class_name = name.partition(":")
         return _from_module(module_name, class_name, f"policy {name!r}")
@@ -66,14 +102,18 @@ def _from_module(module_name: str, class_name: str, what: str) -> type[BasePolic
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
-        reason = f"{type(error).__name__}: {error}"
-        raise UserError(f"{what}: module {module_name!r} cannot be imported: {reason}") from error
+        raise UserError(f"{what}: module {module_name!r} cannot be imported: {_reason(error)}") from error
     found = getattr(module, class_name, None)
     if found is None:
         raise UserError(f"{what}: module {module_name!r} has no class {class_name!r}")
     if not (inspect.isclass(found) and issubclass(found, BasePolicy)):
         raise UserError(f"{what} is not an SB3 policy class")
     return found
+
+
+def _reason(error: Exception) -> str:
+    """What an import failed of, in one line."""
+    return f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
 
 
 def _from_file(name: str, path: Path) -> type[BasePolicy]:
@@ -106,5 +146,5 @@ def _import_file(module_name: str, path: Path) -> ModuleType:
         spec.loader.exec_module(module)
     except Exception as error:
         del sys.modules[module_name]
-        raise UserError(f"policy file {str(path)!r} cannot be imported: {type(error).__name__}: {error}") from error
+        raise UserError(f"policy file {str(path)!r} cannot be imported: {_reason(error)}") from error
     return module

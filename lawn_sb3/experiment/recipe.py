@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import inspect
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,7 +13,7 @@ from stable_baselines3.common.utils import LinearSchedule
 
 import lawn_sb3
 from lawn_sb3.errors import UserError, explain, unknown_name
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.policies import find_policy, policy_digest
 from lawn_sb3.experiment.registry import (
     ALGORITHMS,
     DEFAULT_POLICIES,
@@ -255,10 +254,8 @@ class Cell:
         }
 
     def _policy_digest(self) -> str | None:
-        """Hash of the file that holds the policy: an edited policy is another configuration."""
-        if self.method.policy is None:
-            return None
-        return hashlib.sha256(Path(inspect.getfile(find_policy(self.method.policy))).read_bytes()).hexdigest()[:16]
+        """Hash of the policy's file: an edited policy is another configuration."""
+        return None if self.method.policy is None else policy_digest(find_policy(self.method.policy))
 
     def fingerprint(self) -> str:
         """Hash of what the result depends on: labels do not count, nor do fields that keep their default value."""
@@ -311,7 +308,30 @@ def load_recipe(path: Path) -> Recipe:
         variant.game()
     for method in recipe.methods.values():
         _check_policy_fits(method)
+    if recipe.scaling is not None:
+        _check_scaling(recipe, recipe.scaling)
     return recipe
+
+
+def fits_any_num_uavs(method: Method) -> bool:
+    """Whether the players of a method can be flown with another number of UAVs than they were trained with.
+
+    :param method: the method
+    :return: false if its networks belong to single UAVs, or know them by their index
+    """
+    if method.algo is None or method.policy is None:
+        return True
+    return method.algo != "iql" and not getattr(find_policy(method.policy), "needs_index", False)
+
+
+def _check_scaling(recipe: Recipe, scaling: Scaling) -> None:
+    for num_uavs in scaling.num_uavs:
+        recipe.game().changed(num_uavs=num_uavs)
+    for key in scaling.methods:
+        if not fits_any_num_uavs(recipe.methods[key]):
+            raise UserError(
+                f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of them"
+            )
 
 
 def with_policy(recipe: Recipe, policy: str) -> tuple[Recipe, str]:
@@ -331,11 +351,11 @@ def with_policy(recipe: Recipe, policy: str) -> tuple[Recipe, str]:
             f"of: {known}"
         )
     for key, own in recipe.methods.items():
-        if own.policy == policy:
+        if own.policy is not None and find_policy(own.policy) is find_policy(policy):
             raise UserError(f"recipe {recipe.name!r} has policy {policy!r} already: it is the method {key!r}")
     name, base = policy.rpartition(":")[2], defaults[algo]
-    if name in recipe.methods:
-        raise UserError(f"recipe {recipe.name!r} has a method {name!r} already: rename the policy")
+    if name in (*recipe.methods, "report") or not name.isidentifier():
+        raise UserError(f"the runs of {name!r} need a folder of that name in runs/{recipe.name}: rename the policy")
     values = {**recipe.methods[base].model_dump(), "label": name, "paper_row": None, "policy": policy, "baseline": base}
     return recipe.model_copy(update={"methods": {**recipe.methods, name: Method.model_validate(values)}}), name
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pandas as pd
+import torch as th
 from rich.console import Console
 from rich.progress import track
 
@@ -23,6 +24,7 @@ def scale_out(cells: Sequence[Cell], scaling: Scaling, console: Console) -> None
     """
     chosen = [cell for cell in cells if cell.key in scaling.methods and is_finished(cell)]
     todo = [cell for cell in chosen if not has_flown(cell, scaling)]
+    th.set_num_threads(1)  # as in training: equal bytes everywhere
     for cell in track(todo, "flying with other numbers of UAVs", console=console, disable=not todo):
         write_rows(cell.directory / SCALING_FILE, fly_scaled(cell, scaling))
 
@@ -38,7 +40,7 @@ def fly_scaled(cell: Cell, scaling: Scaling) -> pd.DataFrame:
         :func:`lawn_sb3.experiment.evaluation.summarize`
     :raises UserError: if the player cannot be moved to another N, or the airspace is too small for it
     """
-    player, rows = load_player(cell), []
+    player, rows = load_player(cell, cell.evaluation.deterministic), []
     for num_uavs in scaling.num_uavs:
         game = cell.scenario.changed(num_uavs=num_uavs)
         flown = evaluate(player, game, scaling.episodes, cell.evaluation.seed, cell.seed)

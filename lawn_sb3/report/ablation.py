@@ -19,7 +19,7 @@ from lawn_sb3.report.tables import Table, interval_columns
 CHANCE = 0.05
 """Share of the effects that would be marked if none were there."""
 IMPROVED = ("reward", "utility_mbps")
-"""Quantities that every mission has one of, so that seeds can be held against each other mission by mission."""
+"""Quantities in which two seeds are rarely level on a test episode, so that they can be held against each other."""
 
 SECTIONS = {
     "What each part is worth": ("effects", "effects_forest"),
@@ -27,10 +27,14 @@ SECTIONS = {
     "Claims of the paper": ("claims",),
     "Other numbers of UAVs": ("scaling_out", "scaling"),
 }
+SEARCHED = (
+    "All settings were searched for the defaults and for none of their ablations, which a search of their own might "
+    "improve; some change more than their name says, see runs/ablation.yaml."
+)
 CLAIMS_CAPTION = (
     "Claims of the paper on parts of its method; all others are in the report of runs/paper.yaml. How each is "
     "measured, what came out [95 % bootstrap interval over seeds], and the verdict that follows by the rule stated, "
-    "which rests on Welch's t interval."
+    f"which rests on Welch's t interval. {SEARCHED}"
 )
 
 
@@ -140,8 +144,9 @@ def _caption(pairs: list[Pair]) -> str:
         f"not corrected for their number: of {len(known)} ({len(pairs)} ablations × {len(QUANTITIES)} quantities) "
         f"{marked} are marked, and up to about {CHANCE * len(known):.0f} would be if no effect were there; all effects "
         "of a group share the default's runs, so such marks come together. T̄: makespan, less is better. U: mean "
-        "utility. P(better): probability that a seed of the ablation does better than one of the default on the same "
-        "mission, ties counted half [95 % bootstrap interval over seeds, which with five seeds holds the true value in "
-        "about five of six cases]. Env steps: until the first greedy evaluation with "
-        f"{THRESHOLD:.0f} % success, median of the seeds. n: seeds × test episodes."
+        "utility. Collisions: of a UAV in a mission, fewer are better. P(better): probability that a seed of the "
+        "ablation does better than one of the default on the same test episode, ties counted half [95 % bootstrap "
+        "interval over seeds, which with five seeds holds the true value in about five of six cases]. Env steps: until "
+        f"the first greedy evaluation with {THRESHOLD:.0f} % success, median of the seeds. n: seeds × test episodes. "
+        f"{SEARCHED}"
     )

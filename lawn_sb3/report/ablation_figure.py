@@ -57,7 +57,7 @@ def effects_figure(results: Results) -> Figure:
     rows: list[str | Pair] = []
     for baseline, pairs in groups.items():
         rows += [baseline, *pairs]
-    figure = Figure(figsize=(10, 1.1 + ROW_INCHES * len(rows)), layout="constrained")
+    figure = Figure(figsize=(12, 1.1 + ROW_INCHES * len(rows)), layout="constrained")
     axes = figure.subplots(1, len(QUANTITIES), sharey=True)
     palette, levels = colours(groups), results.by_seed().groupby("method")[[*QUANTITIES]].mean()
     for ax, name in zip(axes, QUANTITIES, strict=True):

@@ -35,6 +35,7 @@ QUANTITIES = {
     "success_percent": Quantity("success", " points", " %", 2, "success (points)", True),
     "makespan_slots": Quantity("T̄", " slots", " slots", 2, "makespan $\\bar{T}$ (slots)", False),
     "utility_mbps": Quantity("U", " Mbps", " Mbps", 2, "mean utility $U_i$ (Mbps)", True),
+    "collisions": Quantity("collisions", "", "", 3, "collisions a UAV", False),
 }
 """The figures, as :func:`lawn_sb3.experiment.evaluation.summarize` names them."""
 
@@ -76,7 +77,7 @@ class Pair:
         return paired_t(self.own[quantity], self.other[quantity])
 
     def improvement(self, results: Results, column: str) -> Interval:
-        """How often a seed of the method beats a seed of the default on the same mission.
+        """How often a seed of the method beats a seed of the default on the same test episode.
 
         :param results: what the runs left
         :param column: column of the raw rows of which more is better

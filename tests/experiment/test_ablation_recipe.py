@@ -99,3 +99,30 @@ def test_the_defaults_of_the_ablation_are_the_methods_of_the_papers_recipe() -> 
         ours, theirs = (one.methods[key].model_dump(exclude={"label", "paper_row"}) for one in (ablation, paper))
         assert ours == theirs
     assert (ablation.evaluation, ablation.seeds, ablation.game()) == (paper.evaluation, paper.seeds, paper.game())
+
+
+@pytest.mark.parametrize(
+    ("scaling", "expected"),
+    [
+        ({"num_uavs": [4, 151], "methods": ["mappo"]}, "num_uavs = 151"),
+        ({"num_uavs": [4], "methods": ["iql"]}, "method 'iql' has networks for single UAVs"),
+        ({"num_uavs": [4], "methods": ["own"]}, "method 'own' has networks for single UAVs"),
+    ],
+)
+def test_what_cannot_be_scaled_out_is_refused_before_anything_runs(
+    tmp_path: Path, scaling: dict[str, Any], expected: str
+) -> None:
+    methods = {
+        **ABLATION["methods"],
+        "iql": {"label": "IQL", "algo": "iql", "env_steps": 8},
+        "own": {"label": "Own", "algo": "mappo", "policy": "separate_actors", "env_steps": 8},
+    }
+    path = tmp_path / "own.yaml"
+    path.write_text(yaml.safe_dump({**ABLATION, "methods": methods, "scaling": scaling}), encoding="utf-8")
+    with pytest.raises(UserError, match=expected):
+        load_recipe(path)
+
+
+def test_one_policy_under_two_names_is_one_policy() -> None:
+    with pytest.raises(UserError, match="already: it is the method 'mappo-state'"):
+        with_policy(Recipe.model_validate(ABLATION), "policies.state_critic:StateCriticPolicy")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -152,6 +153,8 @@ def test_an_edited_policy_is_another_configuration(
     cell = replace(small_cell, method=small_cell.method.model_copy(update={"policy": "edited"}))
     before = cell.fingerprint()
     path.write_text(source + "\n# another line\n", encoding="utf-8")
+    assert cell.fingerprint() == before  # this process goes on with what it has imported
+    del sys.modules["policies.edited"]
     assert cell.fingerprint() != before
 
 

@@ -89,8 +89,8 @@ class TimesZero(Good):
         return flat * seen
 
 
-class InPlace(Good):
-    """Writes into what it was given, which is its own copy."""
+class OnAClone(Good):
+    """Wipes x out of a copy of what it was given."""
 
     def actor_input(self, flat: th.Tensor) -> th.Tensor:
         seen = flat.clone()
@@ -133,7 +133,7 @@ class Rooted(Good):
         return flat[:, self.layout.local] + self.scale.sqrt().sum()
 
 
-@pytest.mark.parametrize("policy", [Good, TimesZero, InPlace, Masking, Dropping, Overflowing, Rooted])
+@pytest.mark.parametrize("policy", [Good, TimesZero, OnAClone, Masking, Dropping, Overflowing, Rooted])
 def test_what_does_not_read_x_is_let_through(policy: type[BasePolicy]) -> None:
     check_policy(built(policy), "mine")
 
@@ -570,6 +570,25 @@ class Rounding(Good):
 @pytest.mark.parametrize("policy", [Experts, Rounding])
 def test_other_slots_may_change_how_an_answer_is_rounded(policy: type[BasePolicy]) -> None:
     check_policy(built(policy), "mine")
+
+
+class Overwriting(Good):
+    """Hides x from its actor by wiping it out for everybody, the critic and the rollout included."""
+
+    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+        flat[:, self.layout.state] = 0.0
+        return flat
+
+
+class OverwritingTeam(Additive):
+    def _predict(self, observation: Any, deterministic: bool = False) -> th.Tensor:
+        observation[:, self.layout.state] = 0.0
+        return super()._predict(observation, deterministic)
+
+
+@pytest.mark.parametrize("policy", [Overwriting, OverwritingTeam])
+def test_a_policy_that_writes_into_its_observations_is_refused(policy: type[BasePolicy]) -> None:
+    assert "it writes into the observations that it is given" in refusal(built(policy))
 
 
 class OwnDice(Good):

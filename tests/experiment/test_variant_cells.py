@@ -16,8 +16,8 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
 from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.players import build_model, load_player, load_run
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.players import ModelPlayer, build_model, load_player, load_run
+from lawn_sb3.experiment.recipe import Cell, Method
 from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
 from tests.experiment.test_cell import CutError, cut_at, ignore, parameters
@@ -87,16 +87,6 @@ def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_ce
     assert moves_out("centralized_critic") > 0
 
 
-def test_training_with_masks_takes_no_move_that_leaves_the_airspace(small_cell: Cell, tmp_path: Path) -> None:
-    model = build_model(with_policy(small_cell, "masked", tmp_path))
-    assert isinstance(model, MaskableMAPPO)
-    model.learn(256)
-    masks, actions = model.rollout_buffer.action_masks, model.rollout_buffer.actions
-    taken = np.take_along_axis(masks.reshape(len(actions), -1), actions.astype(int).reshape(len(actions), -1), axis=1)
-    assert (taken == 1.0).all()
-    assert (masks == 0.0).any()
-
-
 @pytest.mark.parametrize("policy", ["centralized_critic", "masked", "recurrent", "set_critic"])
 @pytest.mark.parametrize("num_uavs", [1, 3, 9])
 def test_an_actor_flies_with_any_number_of_uavs(small_cell: Cell, tmp_path: Path, policy: str, num_uavs: int) -> None:
@@ -121,11 +111,25 @@ def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(small_cell: Cell
     np.testing.assert_array_equal(actions.ravel(), model.predict(flat, deterministic=True)[0])
 
 
-def test_networks_of_single_uavs_are_not_flown_with_others(small_cell: Cell, tmp_path: Path) -> None:
-    cell = with_policy(small_cell, "separate_actors", tmp_path)
-    run_cell(cell, ignore)
-    with pytest.raises(UserError, match="trained for 4 UAVs and 4 GBSs and cannot play with 5 UAVs"):
-        evaluate(load_player(cell), cell.scenario.changed(num_uavs=5), 5, 0)
+@pytest.mark.parametrize("settings", [{}, {"share_parameters": True}])
+def test_networks_that_know_the_uav_are_not_flown_with_others(small_cell: Cell, settings: dict[str, bool]) -> None:
+    own = with_policy(small_cell, "separate_actors", small_cell.directory).method
+    iql = Method(label="IQL", algo="iql", env_steps=8, num_games=2, settings={"buffer_size": 100, **settings})
+    for method in (own, iql):
+        model = build_model(replace(small_cell, method=method))
+        for num_uavs in (2, 5):
+            with pytest.raises(UserError, match=f"was trained for 4 UAVs and 4 GBSs and cannot play with {num_uavs} "):
+                evaluate(ModelPlayer(model, "own"), small_cell.scenario.changed(num_uavs=num_uavs), 3, 0)
+
+
+def test_qmix_flies_with_any_number_of_uavs_by_o_alone(small_cell: Cell) -> None:
+    method = Method(label="QMIX", algo="qmix", env_steps=8, num_games=2, settings={"buffer_size": 100})
+    model = build_model(replace(small_cell, method=method))
+    games = Simulator(small_cell.scenario.changed(num_uavs=7), 3, seed=0)
+    player = ModelPlayer(model, "qmix")
+    player.start(games, np.random.default_rng(0))
+    local = th.as_tensor(Observer(games.scenario).local(games.state).reshape(21, -1))
+    np.testing.assert_array_equal(player.act(games).ravel(), model.policy.q_net(local).argmax(dim=1))  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("term", ["rate", "nav", "col", "term"])

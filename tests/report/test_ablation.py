@@ -106,7 +106,7 @@ def test_defaults_head_their_groups_mappos_first_and_ablations_go_from_best_to_w
     assert table.shown["P(better J̄)"].iloc[0] == "–"
     assert not table.shown["Δ J̄"].iloc[0].endswith("†")  # 2.0 [2.0, 2.0] is no effect
     # Three ablations with four quantities each: 12 intervals, 0.6 of which would leave 0 out by chance; those of J do.
-    assert "of 12 (3 ablations × 4 quantities) 3 are marked, and up to about 1 would be" in table.caption
+    assert "of 15 (3 ablations × 5 quantities) 3 are marked, and up to about 1 would be" in table.caption
 
 
 def test_a_method_has_no_effect_on_itself() -> None:

@@ -24,7 +24,7 @@ from lawn_sb3.game.simulator import Continuation
 
 
 class CentralizedTraining(OnPolicyAlgorithm):
-    """Goes in front of a PPO of SB3 or sb3-contrib, whose constructor it keeps.
+    """Goes in front of a PPO of SB3 or sb3-contrib, whose constructor's arguments it takes, by keyword.
 
     :param policy: a policy class
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
@@ -48,6 +48,7 @@ class CentralizedTraining(OnPolicyAlgorithm):
         self,
         policy: str | type[BasePolicy],
         env: GymEnv | str,
+        *,
         ent_coef: float | Schedule = 0.0,
         rollout_buffer_class: type[RolloutBuffer] | None = None,
         policy_kwargs: dict[str, Any] | None = None,

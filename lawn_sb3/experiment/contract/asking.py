@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -44,14 +45,17 @@ def ask(model: BaseAlgorithm, games: Games, flat: Flat, training: bool = False) 
     :param flat: their flat observations, perhaps changed [T, G, N, flat_dim]
     :param training: ask in training mode and as an update does; otherwise as play does
     :return: the answers
-    :raises Breach: if there is no such kind of policy, an answer is too wide or narrow, or the actor's is no number
+    :raises Breach: if there is no such kind of policy, an answer is too wide or narrow, the actor's is no number, or
+        the policy writes into the observations
     """
     for kind, asked in ASKING.items():
         if isinstance(model.policy, kind):
             seed_all()
-            said = Answers()
+            said, given = Answers(), flat.copy()
             with restored(list(model.policy.buffers())):
-                asked(model, games, flat, training, said)
+                asked(model, games, given, training, said)
+            if not np.array_equal(given, flat):
+                raise Breach("it writes into the observations that it is given; it may write into a clone of them")
             return said
     known = ", ".join(kind.__name__ for kind in ASKING)
     raise Breach(f"a {type(model.policy).__name__} is none of the kinds of policy that are known here: {known}")
@@ -102,9 +106,8 @@ def _logits(policy: Any, num_actions: int, obs: th.Tensor, *memory: Any) -> th.T
         try:
             given = policy.get_distribution(obs, *memory)
         except RuntimeError:
-            for answer in (
-                answer for answers in heard for answer in answers
-            ):  # sb3-contrib fails on a wrong width with words that nobody understands
+            # sb3-contrib fails on a wrong width too, but its words do not say so.
+            for answer in chain.from_iterable(heard):
                 refuse_width("actor", answer, (len(obs), num_actions), allowed)
             raise
     logits: th.Tensor = (given[0] if memory else given).distribution.logits

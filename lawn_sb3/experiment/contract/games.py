@@ -14,6 +14,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from torch.distributions import Distribution
 
 from lawn_sb3.envs import ObservationLayout
+from lawn_sb3.envs.observation import OWN, POSITION_UNIT_VOXELS
 from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
 
@@ -24,6 +25,8 @@ SEED = 0
 NUM_GAMES = 8
 NUM_SLOTS = 2
 """Slots in which the networks are asked, one after the other for those with a memory."""
+SWARMS = 6
+"""How often x becomes that of a swarm around the UAV: enough for each move to be seen in some rows."""
 SLOTS_APART = 3
 """Slots of random play before each of them."""
 
@@ -33,24 +36,29 @@ class Games(NamedTuple):
 
     :param flat: flat observations [T, G, N, flat_dim]
     :param inside: the moves that stay inside the airspace [T, G, N, A]
+    :param moves: the action set in units of observed positions [A, 3]
     :param layout: where o_i and x lie
+    :param seed: what all that is random in them, and in what x becomes, was drawn with
     """
 
     flat: Flat
     inside: NDArray[np.bool_]
+    moves: Flat
     layout: ObservationLayout
+    seed: int
 
 
 def play(model: BaseAlgorithm) -> Games:
-    """Play a few games of a model's scenario at random, in a simulator of their own.
+    """Play a few games of a model's scenario at random, in a simulator of their own; other games after training.
 
     :param model: a model with its training environment
     :return: what the UAVs saw
     """
+    seed = model.num_timesteps
     env = model.get_env()
     assert env is not None
     scenario, observer = (env.get_attr(what, [0])[0] for what in ("scenario", "observer"))
-    simulator, rng = Simulator(scenario, NUM_GAMES, SEED), np.random.default_rng(SEED)
+    simulator, rng = Simulator(scenario, NUM_GAMES, seed), np.random.default_rng(seed)
     flat, inside = [], []
     for _ in range(NUM_SLOTS):
         for _ in range(SLOTS_APART):
@@ -58,7 +66,8 @@ def play(model: BaseAlgorithm) -> Games:
             simulator.go_on()
         flat.append(observer.flat(simulator.state))
         inside.append(moves_inside(simulator.state.position, simulator.rules.actions, simulator.rules.grid))
-    return Games(np.stack(flat), np.stack(inside), observer.layout)
+    moves = (simulator.rules.actions / POSITION_UNIT_VOXELS).astype(np.float32)
+    return Games(np.stack(flat), np.stack(inside), moves, observer.layout, seed)
 
 
 def with_other_states(games: Games) -> Iterator[tuple[str, Flat]]:
@@ -67,10 +76,11 @@ def with_other_states(games: Games) -> Iterator[tuple[str, Flat]]:
     :param games: the games
     :return: what x becomes, and the observations
     """
-    rng, columns = np.random.default_rng(SEED), games.layout.state
+    rng, columns = np.random.default_rng(games.seed), games.layout.state
     x = games.flat[..., columns]
     others: dict[str, NDArray[Any]] = {
         "that of another game": np.roll(x, 1, axis=1),
+        **{f"that of a swarm around the UAV, draw {k + 1}": _around(games, rng) for k in range(SWARMS)},
         "noise": rng.normal(size=x.shape),
         "noise a hundred times as large": rng.normal(scale=100.0, size=x.shape),
         "zero": np.zeros_like(x),
@@ -79,6 +89,16 @@ def with_other_states(games: Games) -> Iterator[tuple[str, Flat]]:
         flat = games.flat.copy()
         flat[..., columns] = other
         yield becomes, flat
+
+
+def _around(games: Games, rng: np.random.Generator) -> Flat:
+    """Global states in which all others are one move away, where an actor that peeps would look for them."""
+    layout, x = games.layout, games.flat[..., games.layout.state].copy()
+    uavs = x[..., layout.state_uavs].reshape(*x.shape[:-1], layout.num_uavs, OWN)
+    beside = games.moves[rng.integers(len(games.moves), size=uavs.shape[:-1])]
+    uavs[..., layout.position] = games.flat[..., None, layout.position] + beside
+    x[..., layout.state_uavs] = uavs.reshape(*x.shape[:-1], -1)
+    return x
 
 
 def beside_other_slots(games: Games) -> Iterator[tuple[NDArray[np.bool_], Flat]]:
