@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.cli import main
-from tests.test_cli import TINY_RECIPE, recipe
+from tests.test_cli import QUICK, TINY_RECIPE, recipe
 from tests.test_cli_results import Command, lawn  # noqa: F401  # a fixture
 
 MAPPO = TINY_RECIPE["methods"]["mappo"]  # type: ignore[index]
@@ -122,7 +122,8 @@ def test_without_runs_of_the_default_nothing_is_trained(lawn: Command) -> None: 
 
 @pytest.mark.usefixtures("folder")
 def test_a_trained_actor_is_evaluated_with_any_number_of_uavs(lawn: Command) -> None:  # noqa: F811
-    run = "reference/tiny/mappo/seed-0"
+    run = "run"
+    lawn("train", "--env-steps", "128", "--num-games", "2", *QUICK, "--out", run)
     figures = json.loads(lawn("evaluate", "--run", run, "--episodes", "3", "--set", "num_uavs=9", "--json").out)
     assert figures["welfare_mbps"] == pytest.approx(9 * figures["utility_mbps"])
     refused = lawn("evaluate", "--run", run, "--set", "gbs_grid=[3, 3]")

@@ -27,6 +27,7 @@ from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.experiment.weights import WEIGHTS_FILE
 from lawn_sb3.report.ablation import build_ablation
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.document import Report, write_report
@@ -130,7 +131,7 @@ def export(
 ) -> None:
     """Keep finished runs as reference results: rows, curves, provenance, and the weights of one model a method.
 
-    Of a recipe with changed games the report alone is kept.
+    Of a recipe with changed games the report alone is kept, of ablations all that their report reads.
     """
     recipe = load_recipe(recipe_path)
     runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
@@ -142,7 +143,7 @@ def export(
         _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
-    files = ABLATION_FILES if recipe.is_ablation else RESULT_FILES
+    files = ABLATION_FILES if recipe.is_ablation else (*RESULT_FILES, WEIGHTS_FILE)
     written = export_runs(cells(recipe, runs), runs, folder, files)  # refuses before anything is replaced
     _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")

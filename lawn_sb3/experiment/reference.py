@@ -13,16 +13,18 @@ from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, save_weights
 
 ABLATION_FILES = (FLIGHT_FILES[0], SCALING_FILE, "progress.csv", "provenance.json")
-"""What is kept of an ablation's run: all that its report reads."""
+"""What is kept of an ablation's run: all that its report reads. There are too many methods to keep a model of each."""
 
 
-def export_runs(cells: Sequence[Cell], root: Path, folder: Path, files: Collection[str] = RESULT_FILES) -> int:
+def export_runs(
+    cells: Sequence[Cell], root: Path, folder: Path, files: Collection[str] = (*RESULT_FILES, WEIGHTS_FILE)
+) -> int:
     """Copy finished runs: their rows, curves and provenance, and the weights of each method's first seed.
 
     :param cells: the cells of a recipe without changed games
     :param root: the folder of its runs
     :param folder: where the copies go; runs that are there already are replaced
-    :param files: the files to copy besides the configuration
+    :param files: the files to keep besides the configuration, of those that a run has
     :return: bytes written
     :raises UserError: naming the first run that is not finished
     """
@@ -38,7 +40,7 @@ def export_runs(cells: Sequence[Cell], root: Path, folder: Path, files: Collecti
         for name in ("config.yaml", "finished", *files):
             if (cell.directory / name).exists():
                 shutil.copyfile(cell.directory / name, target / name)
-        if cell.method.algo is not None and cell.key not in with_weights:
+        if WEIGHTS_FILE in files and cell.method.algo is not None and cell.key not in with_weights:
             with_weights.add(cell.key)
             model = build_model(cell, device="cpu")
             load_networks(model, cell.directory)

@@ -561,10 +561,10 @@ class Experts(Good):
 
 
 class Rounding(Good):
-    """The other slots change what a slot's numbers are rounded to, as they may where experts share out the rows."""
+    """The other slots change how a slot's value is rounded, as they may where experts share out the rows."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, self.layout.local] * (1.0 + 1e-7 * (flat[:, :1] > 0.5).float().mean())
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        return flat * (1.0 + 1e-5 * flat[:, :1].mean())
 
 
 @pytest.mark.parametrize("policy", [Experts, Rounding])

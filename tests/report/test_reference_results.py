@@ -9,6 +9,7 @@ import pytest
 
 from lawn_sb3.experiment.recipe import cells, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.report.ablation import build_ablation
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.page import build_report
 
@@ -44,3 +45,24 @@ def test_models_are_small_and_hold_arrays_alone() -> None:
             assert all(stored[name].dtype.kind == "f" for name in stored.files)
     assert not list(REFERENCE.rglob("*.zip"))
     assert not list(REFERENCE.rglob("*.pt"))
+
+
+@pytest.fixture(scope="module")
+def ablation() -> Report:
+    """The report of the ablations, made anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(REPOSITORY)
+        recipe = load_recipe(Path("runs/ablation.yaml"))
+        made, _ = build_ablation(recipe, cells(recipe, Path("runs/reference/ablation")), "command")
+    return made
+
+
+def test_every_ablation_is_whole_and_of_the_recipe_as_it_is(ablation: Report) -> None:
+    assert ablation.problems == []
+    assert len(ablation.recipe.seeds) == 5
+
+
+@pytest.mark.parametrize("name", ["effects", "learning_effects", "claims", "scaling"])
+def test_the_kept_tables_of_the_ablations_are_those_that_this_code_makes(ablation: Report, name: str) -> None:
+    kept = REPOSITORY / "runs" / "reference" / "ablation" / "report" / f"{name}.md"
+    assert ablation.tables[name].as_markdown() + "\n" == kept.read_text(encoding="utf-8")
