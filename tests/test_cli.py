@@ -56,6 +56,7 @@ def test_help_shows_defaults_for_every_command() -> None:
         "evaluate",
         "verify",
         "reproduce",
+        "ablate",
         "report",
         "export",
         "tune",
@@ -89,9 +90,9 @@ def test_a_model_is_trained_and_evaluated(tmp_path: Path) -> None:
     sampled = lawn("evaluate", "--run", run, "--episodes", "10", "--sample", "--json", "--rows", rows)
     assert sampled.stdout != first.stdout
     assert len(rows.read_text().splitlines()) == 1 + 10 * 4
-    crowded = lawn("evaluate", "--run", run, "--set", "num_uavs=5")
-    assert crowded.returncode == 2
-    assert "trained for 4 UAVs" in crowded.stderr
+    elsewhere = lawn("evaluate", "--run", run, "--set", "gbs_grid=[3, 3]")
+    assert elsewhere.returncode == 2
+    assert "trained for 4 GBSs" in elsewhere.stderr
 
 
 def test_reproduce_runs_what_is_missing_and_keeps_what_is_finished(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from sb3_contrib.common.recurrent.type_aliases import RNNStates
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
+from stable_baselines3.common.utils import obs_as_tensor
 from torch import nn
 
 from lawn_sb3.algos.iql import IndependentPolicy
@@ -70,7 +71,8 @@ def _ask_actor_critic(model: BaseAlgorithm, games: Games, flat: Flat, training: 
     player = _Player(model, num_actions)
     head = getattr(policy, "value_net", None)
     for t, seen in enumerate(flat.reshape(len(flat), num_slots, -1)):
-        obs, begins = policy.obs_to_tensor(seen)[0], np.full(num_slots, t == 0)
+        obs: Any = obs_as_tensor(seen, policy.device)  # the same memory, as in rollouts
+        begins = np.full(num_slots, t == 0)
         inside = games.inside[t].reshape(num_slots, -1)
         masks = {"action_masks": inside} if isinstance(policy, MaskableActorCriticPolicy) else {}
         pi: tuple[Any, ...] = ()

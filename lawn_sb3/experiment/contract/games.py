@@ -120,9 +120,8 @@ def no_trace(model: BaseAlgorithm) -> Iterator[None]:
     """
     modes = {part: part.training for part in model.policy.modules()}
     python, numpy, validating = random.getstate(), np.random.get_state(), Distribution._validate_args
-    Distribution.set_default_validate_args(
-        False
-    )  # torch would refuse NaN, at length, before it can be said in one line
+    # Otherwise torch refuses NaN, at length, before it can be said in one line.
+    Distribution.set_default_validate_args(False)
     num_threads = th.get_num_threads()
     th.set_num_threads(1)  # so few rows are answered fastest by one
     devices = [model.device] if model.device.type == "cuda" else []
