@@ -126,3 +126,11 @@ def test_a_trained_actor_is_evaluated_with_any_number_of_uavs(lawn: Command) -> 
     lawn("train", "--env-steps", "128", "--num-games", "2", *QUICK, "--out", run)
     figures = json.loads(lawn("evaluate", "--run", run, "--episodes", "3", "--set", "num_uavs=9", "--json").out)
     assert figures["welfare_mbps"] == pytest.approx(9 * figures["utility_mbps"])
+
+
+@pytest.mark.usefixtures("folder")
+def test_the_shipped_ablations_are_compared_with_from_any_folder(lawn: Command) -> None:  # noqa: F811
+    """A shipped policy is refused, as the shipped recipe has it already: the recipe was found."""
+    refused = lawn("ablate", "state_critic")
+    assert refused.status == 2
+    assert "recipe 'ablation' has policy 'state_critic' already" in refused.err

@@ -24,6 +24,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe, with_policy
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
+from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
@@ -83,8 +84,10 @@ def ablate(
     It takes the place of the default policy of its algorithm. What it is compared with are your own runs of the
     recipe, or the reference results of each method that you have not run in full.
     """
-    recipe, key = with_policy(load_recipe(recipe_path), policy)
-    runs, reference = recipe_path.parent / recipe.name, _reference(recipe_path, recipe)
+    shipped = recipe_path == ABLATION_RECIPE and not recipe_path.exists()
+    source = REPOSITORY / recipe_path if shipped else recipe_path
+    recipe, key = with_policy(load_recipe(source), policy)
+    runs, reference = recipe_path.parent / recipe.name, _reference(source, recipe)
     todo = cells(recipe, runs)
     unfinished = {cell.key for cell in todo if cell.key != key and not is_finished(cell)}
     kept = [cell for cell in cells(recipe, reference) if cell.key in unfinished]

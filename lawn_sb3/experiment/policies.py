@@ -99,6 +99,8 @@ def _told(point: EntryPoint) -> str:
 
 
 def _from_module(module_name: str, class_name: str, what: str) -> type[BasePolicy]:
+    if str(Path.cwd()) not in sys.path:  # the command line knows modules beside the user too, as Python does
+        sys.path.append(str(Path.cwd()))
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
@@ -126,8 +128,8 @@ def _from_file(name: str, path: Path) -> type[BasePolicy]:
     if len(found) != 1:
         names = ", ".join(member.__name__ for member in found or own) or "no class"
         raise UserError(
-            f"policy file {str(path)!r} must hold one policy class, found {len(found)} ({names}): a policy derives "
-            "from lawn_sb3.algos.mappo.CTDEPolicy or another SB3 policy"
+            f"policy file {str(path)!r} must hold one policy class, found {len(found)} (its classes: {names}); a "
+            "policy derives from lawn_sb3.algos.mappo.CTDEPolicy, or from another base that policies/__init__.py names"
         )
     return found[0]
 

@@ -145,8 +145,9 @@ def _caption(pairs: list[Pair]) -> str:
         f"{marked} are marked, and up to about {CHANCE * len(known):.0f} would be if no effect were there; all effects "
         "of a group share the default's runs, so such marks come together. T̄: makespan, less is better. U: mean "
         "utility. Collisions: of a UAV in a mission, fewer are better. P(better): probability that a seed of the "
-        "ablation does better than one of the default on the same test episode, ties counted half [95 % bootstrap "
-        "interval over seeds, which with five seeds holds the true value in about five of six cases]. Env steps: until "
-        f"the first greedy evaluation with {THRESHOLD:.0f} % success, median of the seeds. n: seeds × test episodes. "
-        f"{SEARCHED}"
+        "ablation does better than one of the default on the same test episode, ties counted half, so that 0.5 is no "
+        "difference [95 % bootstrap interval over seeds, which with five seeds holds the true value in about five of "
+        "six cases; not counted among the marks]. J̄ counts all terms of the reward, also where training was not given "
+        f"one. Env steps: until the first greedy evaluation with {THRESHOLD:.0f} % success, median "
+        f"of the seeds. n: seeds × test episodes. {SEARCHED}"
     )

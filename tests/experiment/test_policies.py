@@ -47,8 +47,8 @@ def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
     ("source", "expected"),
     [
         ("import nothing_of_that_name", "ModuleNotFoundError"),
-        ("x = 1", r"must hold one policy class, found 0 \(no class\)"),
-        ("class Own:\n    pass", r"found 0 \(Own\): a policy derives from lawn_sb3.algos.mappo.CTDEPolicy"),
+        ("x = 1", r"must hold one policy class, found 0 \(its classes: no class\)"),
+        ("class Own:\n    pass", r"found 0 \(its classes: Own\); a policy derives from lawn_sb3"),
         (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),
     ],
 )
@@ -141,3 +141,10 @@ def test_a_package_that_registers_something_else_is_named(tmp_path: Path, monkey
     install(tmp_path, monkeypatch, "nobody", attribute="Nobody")
     with pytest.raises(UserError, match=r"policy 'nobody', registered by 'tiny-nobody' .* has no class 'Nobody'"):
         find_policy("nobody")
+
+
+def test_a_module_beside_the_user_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "beside_me.py").write_text(OWN_POLICY, encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))  # comes back
+    assert find_policy("beside_me:OwnPolicy").__name__ == "OwnPolicy"
