@@ -21,8 +21,9 @@ from lawn_sb3.cli.console import (
     wide_console,
 )
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.ablation import with_policy
 from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe, with_policy
+from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells

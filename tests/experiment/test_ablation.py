@@ -9,7 +9,8 @@ import pytest
 import yaml
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Recipe, load_recipe, with_policy
+from lawn_sb3.experiment.ablation import with_policy
+from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 
 ABLATION: dict[str, Any] = {
