@@ -1,0 +1,121 @@
+"""Best responses to the others' trajectories, for the UAV's own utility or for the welfare, and where they lead."""
+
+from __future__ import annotations
+
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.game.compiled import njit
+from lawn_sb3.game.kernel import Rules, State
+from lawn_sb3.planning.flight import Flight, best_flight, collision_price_mbps
+from lawn_sb3.planning.plan import Plan, others_in, planned_collisions, planned_utilities_mbps
+
+Aim = Literal["utility", "welfare"]
+
+GAIN = 1e-9
+"""Share of the peak rate below which a gain counts as rounding, and nobody changes its trajectory for it."""
+
+
+class Settled(NamedTuple):
+    """Where letting the UAVs respond in turn has led."""
+
+    rounds: int
+    """Rounds until nobody changed its trajectory, or until the joint plan came back."""
+    period: int
+    """0 for a fixed point; otherwise the rounds after which the joint plans repeat."""
+
+
+@njit
+def best_response(
+    rules: Rules, state: State, game: int, plan: Plan, uav: int, for_welfare: bool, slack: int
+) -> tuple[Flight, NDArray[np.int64]]:
+    """The best flight of one UAV against the trajectories of all others, exactly.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the others' trajectories; the UAV's own is not looked at
+    :param uav: index of the UAV, which is flying
+    :param for_welfare: add what each of its moves changes in the others' utilities
+    :param slack: slots beyond T_i^min that the flight may take; the plan has room for them
+    :return: the flight, and its voxels [S + 1, 3]
+    """
+    path = np.empty(plan.voxels.shape[1:], dtype=np.int64)
+    around = others_in(rules, state, game, plan, uav, for_welfare)
+    return best_flight(rules, state, game, uav, around, slack, path), path
+
+
+@njit
+def plan_worth_mbps(rules: Rules, state: State, game: int, plan: Plan, uav: int, for_welfare: bool) -> float:
+    """What a joint plan is worth to one UAV, or to all: utilities, less a price on collisions that nothing outweighs.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the plan
+    :param uav: index of the UAV
+    :param for_welfare: the welfare (eq:welfare) instead of its own utility
+    :return: worth in Mbps
+    """
+    utilities = planned_utilities_mbps(rules, state, game, plan)
+    price_mbps = collision_price_mbps(rules, len(utilities))
+    collisions = planned_collisions(rules, plan)
+    if for_welfare:
+        return float(utilities.sum() - price_mbps * collisions.sum() / 2.0)
+    return float(utilities[uav] - price_mbps * collisions[uav])
+
+
+@njit
+def respond_in_turn(rules: Rules, state: State, game: int, plan: Plan, for_welfare: bool, slack: int) -> int:
+    """Let every UAV change to its best response if that gains anything, one after the other.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the joint plan; written
+    :param for_welfare: respond for the welfare instead of the own utility
+    :param slack: slots beyond T_i^min that a flight may take
+    :return: how many UAVs have changed their trajectories
+    """
+    least_gain_mbps = GAIN * collision_price_mbps(rules, 1)
+    changed = 0
+    for i in range(len(plan.slots)):
+        if not state.flying[game, i]:
+            continue
+        before_mbps = plan_worth_mbps(rules, state, game, plan, i, for_welfare)
+        flight, path = best_response(rules, state, game, plan, i, for_welfare, slack)
+        old_voxels, old_slots = plan.voxels[i].copy(), plan.slots[i]
+        plan.voxels[i], plan.slots[i] = path, flight.slots
+        if plan_worth_mbps(rules, state, game, plan, i, for_welfare) > before_mbps + least_gain_mbps:
+            changed += 1
+        else:
+            plan.voxels[i], plan.slots[i] = old_voxels, old_slots
+    return changed
+
+
+def settle(rules: Rules, state: State, game: int, plan: Plan, aim: Aim, slack: int) -> Settled:
+    """Let the UAVs respond in turn until nobody changes, or until a joint plan comes back.
+
+    For the welfare every change raises the sum that all look at, so there is always an end; for the own utilities there
+    need not be one. Joint plans are finitely many, so without a fixed point one of them must come back.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the joint plan to begin with; written
+    :param aim: what every UAV responds for
+    :param slack: slots beyond T_i^min that a flight may take
+    :return: how it ended
+    """
+    seen: dict[bytes, int] = {}
+    rounds = 0
+    while True:
+        key = plan.voxels.tobytes() + plan.slots.tobytes()
+        if key in seen:
+            return Settled(rounds, rounds - seen[key])
+        seen[key] = rounds
+        rounds += 1
+        if respond_in_turn(rules, state, game, plan, aim == "welfare", slack) == 0:
+            return Settled(rounds, 0)

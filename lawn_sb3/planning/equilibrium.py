@@ -1,0 +1,103 @@
+"""Iterated best response: joint trajectories from which no UAV gains by deviating alone, and the welfare found so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import ClassVar
+
+import numpy as np
+
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.planning.best_response import Aim, plan_worth_mbps, settle
+from lawn_sb3.planning.flight import DEFAULT_SLACK
+from lawn_sb3.planning.plan import Plan
+from lawn_sb3.planning.plan_player import PlanPlayer
+from lawn_sb3.planning.routes import routes_alone, straight_routes
+
+
+class SearchPlayer(PlanPlayer):
+    """Lets the UAVs of a game respond in turn from several starts, and keeps one of the joint plans found.
+
+    The first start is everybody's best route as if alone, the others are random shortest paths.
+
+    :param slack: slots beyond T_i^min that a flight may take
+    :param on_game: called after each game that has been planned
+    :param starts: number of starts a game
+    """
+
+    aim: ClassVar[Aim]
+    keeps_worst: ClassVar[bool] = False
+
+    def __init__(self, slack: int = DEFAULT_SLACK, on_game: Callable[[], None] | None = None, starts: int = 16) -> None:
+        super().__init__(slack, on_game)
+        self.starts = starts
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Plan all games, and count how the searches end.
+
+        :param simulator: the games
+        :param rng: source of the starts
+        :raises UserError: naming the UAV that cannot be at its destination in time
+        """
+        self.searches = 0
+        """Searches made, one for each start of each game."""
+        self.cycles = 0
+        """Searches that came back to an earlier joint plan instead of a fixed point."""
+        self.unsettled = 0
+        """Games in which every search did; they fly the last joint plan of the best search."""
+        super().start(simulator, rng)
+
+    def plan(self, simulator: Simulator, game: int) -> Plan:
+        """Search from all starts.
+
+        :param simulator: the games
+        :param game: index of the game
+        :return: the joint plan with the highest welfare among those with the fewest collisions, or with the lowest if
+            the worst is kept; fixed points come before others
+        :raises UserError: naming the UAV that cannot be at its destination in time
+        """
+        rules, state = simulator.rules, simulator.state
+        found: list[tuple[bool, float, Plan]] = []
+        for plan in self._first_plans(simulator, game):
+            settled = settle(rules, state, game, plan, self.aim, self.slack)
+            worth_mbps = plan_worth_mbps(rules, state, game, plan, 0, True)
+            found.append((settled.period == 0, -worth_mbps if self.keeps_worst else worth_mbps, plan))
+        fixed = sum(is_fixed for is_fixed, _, _ in found)
+        self.searches += len(found)
+        self.cycles += len(found) - fixed
+        self.unsettled += fixed == 0
+        return max(found, key=lambda one: one[:2])[2]
+
+    def _first_plans(self, simulator: Simulator, game: int) -> Iterator[Plan]:
+        rules, state = simulator.rules, simulator.state
+        yield routes_alone(rules, state, game, self.slack)
+        for _ in range(self.starts - 1):
+            yield straight_routes(rules, state, game, self.slack, self._rng)
+
+
+class EquilibriumPlayer(SearchPlayer):
+    """A Nash equilibrium of trajectories: of those that iterated best response finds, the one with most welfare.
+
+    Nothing guarantees that there is one, nor that it is found; what the searches ended in is counted.
+    """
+
+    name = "equilibrium"
+    aim = "utility"
+
+
+class WorstEquilibriumPlayer(EquilibriumPlayer):
+    """The equilibrium with the least welfare of those found: what selfish UAVs may end up with."""
+
+    name = "worst-equilibrium"
+    keeps_worst = True
+
+
+class WelfarePlayer(SearchPlayer):
+    """Coordinate ascent on the welfare (eq:welfare): every UAV responds for the sum of all utilities.
+
+    It ends where no single trajectory can be changed for the better; the best of all starts is a lower bound on the
+    largest welfare.
+    """
+
+    name = "welfare"
+    aim = "welfare"

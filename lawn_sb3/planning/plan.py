@@ -1,0 +1,199 @@
+"""A joint plan: where all UAVs of one game will be in every slot from now on, and what that is worth to each."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.game.airspace import min_slots
+from lawn_sb3.game.compiled import njit
+from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.payoff import corrected_rate, ema_rate, utility
+from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.planning.flight import Surroundings, longest_flight, slot_weight
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+
+class Plan(NamedTuple):
+    """The trajectories of all UAVs of one game, counted in slots from now."""
+
+    voxels: Ints
+    """Where each UAV is [N, S + 1, 3]: now, and after each of S slots; a UAV that is done stays in its last voxel."""
+    slots: Ints
+    """Slots until each UAV is done [N]; 0 for one that is not flying."""
+
+
+def empty_plan(rules: Rules, state: State, game: int, slack: int) -> Plan:
+    """A plan in which nobody flies yet, with room for every flight up to a slack.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param slack: slots beyond T_i^min that a flight may take
+    :return: the plan
+    :raises UserError: naming the UAV that cannot be at its destination in time
+    """
+    num_uavs = state.flying.shape[1]
+    room = 0
+    for i in np.flatnonzero(state.flying[game]):
+        here, goal = state.position[game, i], state.destination[game, i]
+        needed = min_slots(tuple(here), tuple(goal), rules.max_voxel_steps)
+        left = rules.max_slots - int(state.slot[game, i])
+        if needed > left:
+            raise UserError(
+                f"UAV {i} of game {game} cannot fly its mission: from {here.tolist()} to {goal.tolist()} takes at "
+                f"least {needed} slots, and {left} are left of T_max = {rules.max_slots}"
+            )
+        room = max(room, longest_flight(rules, state, game, int(i), slack))
+    voxels = np.repeat(state.position[game][:, None], room + 1, axis=1)
+    return Plan(voxels, np.zeros(num_uavs, dtype=np.int64))
+
+
+@njit
+def is_there(rules: Rules, plan: Plan, uav: int, s: int) -> bool:
+    """Whether a UAV takes RBs and room in a slot: it flies, or stays where its mission ended.
+
+    :param rules: the game's constants
+    :param plan: the plan
+    :param uav: index of the UAV
+    :param s: slot from now, 1 or more
+    :return: true if it does
+    """
+    return bool(s <= plan.slots[uav] or rules.arrived_stays)
+
+
+@njit
+def planned_loads(rules: Rules, plan: Plan, without: int) -> Ints:
+    """Cell loads n_b of every slot.
+
+    :param rules: the game's constants
+    :param plan: the plan
+    :param without: a UAV that does not count; -1 to count all
+    :return: loads [S + 1, M]; those of slot 0 are left at 0
+    """
+    num_uavs, num_slots, _ = plan.voxels.shape
+    loads = np.zeros((num_slots, len(rules.num_rbs)), dtype=np.int64)
+    for s in range(1, num_slots):
+        for j in range(num_uavs):
+            if j != without and is_there(rules, plan, j, s):
+                loads[s, rules.cell[voxel_of(plan.voxels, j, s)]] += 1
+    return loads
+
+
+@njit
+def planned_weight(rules: Rules, state: State, game: int, plan: Plan, uav: int, s: int) -> float:
+    """What a UAV's rate in a slot counts in its utility (eq:utility).
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the plan
+    :param uav: index of the UAV
+    :param s: slot from now, in which it flies
+    :return: weight, without unit; 0 if it does not arrive
+    """
+    slots = plan.slots[uav]
+    if voxel_of(plan.voxels, uav, slots) != voxel_of(state.destination, game, uav):
+        return 0.0
+    flown = state.slot[game, uav] + slots
+    horizon = rules.max_slots if rules.correct_to_deadline else flown
+    return slot_weight(rules.ema_beta, slots - s, state.min_slots[game, uav], flown, horizon)
+
+
+@njit
+def planned_utilities_mbps(rules: Rules, state: State, game: int, plan: Plan) -> Floats:
+    """Utility U_i (eq:utility) of every UAV if all fly as planned.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the plan
+    :return: utilities in Mbps [N]; 0 for a UAV that is not flying or does not arrive
+    """
+    loads = planned_loads(rules, plan, -1)
+    utilities = np.zeros(len(plan.slots))
+    for i in range(len(plan.slots)):
+        slots = plan.slots[i]
+        if slots == 0 or voxel_of(plan.voxels, i, slots) != voxel_of(state.destination, game, i):
+            continue
+        ema_mbps = state.ema_rate_mbps[game, i]
+        for s in range(1, slots + 1):
+            voxel = voxel_of(plan.voxels, i, s)
+            b = rules.cell[voxel]
+            rate_mbps = achievable_rate_mbps(rb_share(rules.num_rbs[b], loads[s, b]), rules.rb_rate_mbps[voxel])
+            ema_mbps = ema_rate(ema_mbps, rate_mbps, rules.ema_beta)
+        flown = state.slot[game, i] + slots
+        horizon = rules.max_slots if rules.correct_to_deadline else flown
+        corrected_mbps = corrected_rate(ema_mbps, rules.ema_beta, horizon)
+        utilities[i] = utility(corrected_mbps, state.min_slots[game, i], flown)
+    return utilities
+
+
+@njit
+def planned_collisions(rules: Rules, plan: Plan) -> Ints:
+    """How often each UAV shares a voxel with another one (eq:collision), counted by slot and pair.
+
+    :param rules: the game's constants
+    :param plan: the plan
+    :return: collisions [N]; each counts for both UAVs
+    """
+    num_uavs, num_slots, _ = plan.voxels.shape
+    collisions = np.zeros(num_uavs, dtype=np.int64)
+    for s in range(1, num_slots):
+        for i in range(num_uavs):
+            for j in range(i):
+                one_flies = s <= plan.slots[i] or s <= plan.slots[j]
+                both_there = is_there(rules, plan, i, s) and is_there(rules, plan, j, s)
+                if one_flies and both_there and voxel_of(plan.voxels, i, s) == voxel_of(plan.voxels, j, s):
+                    collisions[i] += 1
+                    collisions[j] += 1
+    return collisions
+
+
+@njit
+def others_in(rules: Rules, state: State, game: int, plan: Plan, uav: int, count_effects: bool) -> Surroundings:
+    """What one UAV finds if all others fly as planned.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the plan
+    :param uav: index of the UAV
+    :param count_effects: whether to work out what its being in a cell costs the others; 0 otherwise
+    :return: its surroundings
+    """
+    num_uavs, num_slots, _ = plan.voxels.shape
+    loads = planned_loads(rules, plan, uav)
+    effects_mbps = np.zeros(loads.shape)
+    voxels = np.empty((num_uavs - 1, num_slots, 3), dtype=np.int64)
+    slots = np.empty(num_uavs - 1, dtype=np.int64)
+    for k in range(num_uavs - 1):
+        j = k if k < uav else k + 1
+        voxels[k], slots[k] = plan.voxels[j], plan.slots[j]
+        if not count_effects:
+            continue
+        for s in range(1, slots[k] + 1):
+            voxel = voxel_of(plan.voxels, j, s)
+            b = rules.cell[voxel]
+            with_uav, without_uav = rb_share(rules.num_rbs[b], loads[s, b] + 1), rb_share(rules.num_rbs[b], loads[s, b])
+            lost_mbps = achievable_rate_mbps(with_uav - without_uav, rules.rb_rate_mbps[voxel])
+            effects_mbps[s, b] += planned_weight(rules, state, game, plan, j, s) * lost_mbps
+    return Surroundings(loads, effects_mbps, voxels, slots)
+
+
+@njit
+def nobody(num_slots: int, num_gbs: int) -> Surroundings:
+    """What a UAV finds that is alone in the network.
+
+    :param num_slots: slots to look ahead S
+    :param num_gbs: M
+    :return: its surroundings
+    """
+    shape = (num_slots + 1, num_gbs)
+    none = np.zeros((0, num_slots + 1, 3), dtype=np.int64)
+    return Surroundings(np.zeros(shape, dtype=np.int64), np.zeros(shape), none, np.zeros(0, dtype=np.int64))
