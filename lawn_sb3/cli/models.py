@@ -20,10 +20,11 @@ from lawn_sb3.cli.console import (
 )
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import is_finished, run_cell, try_method, write_rows
-from lawn_sb3.experiment.evaluation import evaluate, summarize
+from lawn_sb3.experiment.evaluation import flies_alone, fly, summarize
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
+from lawn_sb3.experiment.regret import regrets, summarize_regrets
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.verification import verify_run
 from lawn_sb3.scenario import Scenario, load_scenario, parse_overrides, parse_scenario
@@ -110,6 +111,9 @@ def evaluate_command(
     rows_file: Annotated[
         Path | None, typer.Option("--rows", help="also write the raw rows, one an episode and UAV")
     ] = None,
+    regret: Annotated[
+        bool, typer.Option("--regret", help="also work out what each UAV could gain by deviating alone")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Let a player fly some joint episodes and print the means: rates in Mbps, times in slots."""
@@ -129,10 +133,14 @@ def evaluate_command(
         assert player is not None
         game = load_scenario(scenario or "paper", changes)
         chosen, name, player_seed = find_player(player), player, 0
-    rows = evaluate(chosen, game, episodes, seed, player_seed)
+    if regret and flies_alone(chosen):
+        raise UserError(f"--regret: the UAVs of {name!r} never meet, so none has others to respond to")
+    flights = fly(chosen, game, episodes, seed, player_seed, traced=episodes if regret else 0)
     if rows_file is not None:
-        write_rows(rows_file, rows)
-    summary = summarize(rows)
+        write_rows(rows_file, flights.rows)
+    summary = summarize(flights.rows)
+    if regret:
+        summary |= summarize_regrets(regrets(flights, game, seed))
     figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
     print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes")
 

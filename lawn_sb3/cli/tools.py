@@ -29,7 +29,7 @@ ASKED = ("QMIX", "CTDE-MAPPO")
 
 @app.command()
 def bench(as_json: AsJson = False) -> None:
-    """Measure the speed of simulator, vector environment and training, on one core."""
+    """Measure the speed of simulator, vector environment, planning and training, on one core."""
     recipe = load_recipe(REPOSITORY / PAPER_RECIPE)
     method = next(method for method in recipe.methods.values() if method.algo == "mappo")
     figures = benchmark(method, lambda text: say(f"measuring: {text}"))

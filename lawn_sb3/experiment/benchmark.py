@@ -1,4 +1,4 @@
-"""How fast the kit is on this machine: simulator, environment, training; one core, one torch thread."""
+"""How fast the kit is on this machine: simulator, environment, planning, training; one core, one torch thread."""
 
 from __future__ import annotations
 
@@ -14,6 +14,10 @@ from lawn_sb3.envs import make_vec_env
 from lawn_sb3.experiment.players import build_model
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.planning import WelfarePlayer
+from lawn_sb3.planning.best_response import best_response
+from lawn_sb3.planning.flight import DEFAULT_SLACK
+from lawn_sb3.planning.routes import routes_alone
 from lawn_sb3.scenario import PRESETS, Scenario
 
 
@@ -34,6 +38,13 @@ def benchmark(method: Method, report: Callable[[str], None]) -> dict[str, float]
     figures["vec_step_one_64_game_env_ms"] = together * 1e3
     figures["vec_step_64_one_game_envs_ms"] = apart * 1e3
     figures["vec_step_ratio"] = apart / together
+    report("exact best responses")
+    for name, game in PRESETS.items():
+        mean, longest = response_seconds(game, 25)
+        figures[f"best_response_{name}_ms"] = mean * 1e3
+        figures[f"best_response_{name}_longest_ms"] = longest * 1e3
+    report("welfare ascent, 200 episodes")
+    figures["welfare_ascent_200_episodes_s"] = ascent_seconds(scenario, 200)
     report(f"training, a tenth of {method.env_steps:,} env steps")
     seconds = training_seconds(scenario, method, method.env_steps // 10)
     figures["training_env_steps_per_s"] = method.env_steps / 10 / seconds
@@ -83,6 +94,42 @@ def paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: 
                 env.step(actions)
             own.append((time.perf_counter() - start) / steps)
     return float(np.median(durations[0])), float(np.median(durations[1]))
+
+
+def response_seconds(scenario: Scenario, num_games: int) -> tuple[float, float]:
+    """Durations of one exact best response for the welfare, the others on their best routes as if alone.
+
+    :param scenario: the game
+    :param num_games: games whose UAVs respond
+    :return: mean and longest, in seconds
+    """
+    simulator = Simulator(scenario, num_games, seed=0)
+    rules, state = simulator.rules, simulator.state
+    durations: list[float] = []
+    for game in range(num_games):
+        plan = routes_alone(rules, state, game, DEFAULT_SLACK)
+        if game == 0:
+            best_response(rules, state, 0, plan, 0, True, DEFAULT_SLACK)  # compiles
+        for uav in range(scenario.num_uavs):
+            start = time.perf_counter()
+            best_response(rules, state, game, plan, uav, True, DEFAULT_SLACK)
+            durations.append(time.perf_counter() - start)
+    return float(np.mean(durations)), max(durations)
+
+
+def ascent_seconds(scenario: Scenario, episodes: int) -> float:
+    """Duration of the welfare ascent of some episodes, all starts of each.
+
+    :param scenario: the game
+    :param episodes: number of joint episodes
+    :return: seconds
+    """
+    player = WelfarePlayer()
+    player.start(Simulator(scenario, 1, seed=0), np.random.default_rng(0))  # compiles
+    simulator = Simulator(scenario, episodes, seed=0)
+    start = time.perf_counter()
+    player.start(simulator, np.random.default_rng(0))
+    return time.perf_counter() - start
 
 
 def training_seconds(scenario: Scenario, method: Method, env_steps: int) -> float:

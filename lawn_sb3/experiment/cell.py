@@ -29,7 +29,9 @@ SAMPLED_FILE = "evaluation_sampled.csv"
 """The test missions flown once more by a greedy method, with sampled actions."""
 SCALING_FILE = "scaling.csv"
 """What came out with other numbers of UAVs, if the recipe asks for it."""
-RESULT_FILES = (*FLIGHT_FILES, SAMPLED_FILE, SCALING_FILE, "progress.csv", "provenance.json")
+REGRET_FILE = "regret.csv"
+"""What each UAV could have gained by deviating alone, if the recipe asks for it."""
+RESULT_FILES = (*FLIGHT_FILES, SAMPLED_FILE, SCALING_FILE, REGRET_FILE, "progress.csv", "provenance.json")
 """All that the report reads, besides the configuration."""
 
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.airspace import draw_missions
+from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.game.kernel import Outcome
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.player import Player
@@ -75,18 +75,16 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
     """
     if episodes < 1:
         raise UserError(f"episodes = {episodes}: at least 1 episode")
-    missions = draw_missions(scenario, episodes, np.random.default_rng(seed))
-    simulator = Simulator(scenario, episodes, seed=0, continuation="episode")
-    simulator.reset(missions=missions)
+    simulator = evaluation_games(scenario, episodes, seed, alone=flies_alone(player))
     player.start(simulator, np.random.default_rng([seed, player_seed]))
     shape = (episodes, scenario.num_uavs)
     reward, rate, gained, load = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
     collisions, arrived = np.zeros(shape, dtype=np.int64), np.zeros(shape, dtype=bool)
     slots: list[list[float]] = []
-    paths = [_origins(simulator, traced)]
+    paths = [_origins(simulator, shape, traced)]
     while simulator.state.flying.any():
-        flying = simulator.state.flying.copy()
-        outcome = simulator.step(player.act(simulator))
+        flying = _by_episode(simulator.state.flying, shape).copy()
+        outcome = Outcome(*(_by_episode(part, shape) for part in simulator.step(player.act(simulator))))
         done = outcome.arrived | outcome.timed_out
         reward += outcome.reward_terms.sum(axis=-1)
         collisions += outcome.collided
@@ -95,11 +93,11 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
         arrived |= outcome.arrived
         load += outcome.cell_load
         slots.append(_occupancy(outcome, flying, scenario))
-        paths.append(_positions(simulator, outcome, flying, len(slots), traced))
-    clock = simulator.state.slot
+        paths.append(_positions(_by_episode(simulator.state.position, shape), outcome, flying, len(slots), traced))
+    clock = _by_episode(simulator.state.slot, shape)
     episode, uav = np.indices(shape)
     makespan = np.broadcast_to(clock.max(axis=1, keepdims=True), shape)
-    least = simulator.state.min_slots
+    least = _by_episode(simulator.state.min_slots, shape)
     values = (episode, uav, reward, rate, clock, least, arrived, gained, collisions, makespan, load / clock)
     names = [*(f"gbs_{b}" for b in range(scenario.num_gbs)), *(f"load_{k + 1}" for k in range(scenario.num_uavs))]
     occupancy = pd.DataFrame(slots, columns=names)
@@ -111,6 +109,38 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
     )
 
 
+def flies_alone(player: Player) -> bool:
+    """Whether a player gives every UAV a game of its own: what it earns bounds what others can, nobody can fly it.
+
+    :param player: the player
+    :return: true for a player with ``flies_alone = True``
+    """
+    return bool(getattr(player, "flies_alone", False))
+
+
+def evaluation_games(scenario: Scenario, episodes: int, seed: int, alone: bool = False) -> Simulator:
+    """The games of an evaluation, at their first slot.
+
+    :param scenario: the game
+    :param episodes: number of joint episodes E
+    :param seed: picks the missions
+    :param alone: give every UAV a game of its own: E * N games, those of an episode's UAVs in a row
+    :return: the games
+    """
+    missions = draw_missions(scenario, episodes, np.random.default_rng(seed))
+    if alone:
+        scenario = scenario.changed(num_uavs=1)
+        missions = Missions(*(voxels.reshape(-1, 1, 3) for voxels in missions))
+    simulator = Simulator(scenario, len(missions.origins), seed=0, continuation="episode")
+    simulator.reset(missions=missions)
+    return simulator
+
+
+def _by_episode(values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
+    """Values of all UAVs [G, N, ...] by episode [E, N, ...], also where every UAV had a game of its own."""
+    return values.reshape(*shape, *values.shape[2:])
+
+
 def _occupancy(outcome: Outcome, flying: NDArray[np.bool_], scenario: Scenario) -> list[float]:
     """UAVs in each cell, and UAVs that share their cell with 0, 1, 2... others: means over the episodes."""
     in_cell = np.bincount(outcome.cell[flying], minlength=scenario.num_gbs)
@@ -118,21 +148,21 @@ def _occupancy(outcome: Outcome, flying: NDArray[np.bool_], scenario: Scenario) 
     return [float(count) / len(flying) for count in (*in_cell, *sharing)]
 
 
-def _origins(simulator: Simulator, traced: int) -> pd.DataFrame:
-    state = simulator.state
-    x, y, z = np.moveaxis(state.position[:traced], -1, 0)
+def _origins(simulator: Simulator, shape: tuple[int, int], traced: int) -> pd.DataFrame:
+    x, y, z = np.moveaxis(simulator.state.position, -1, 0)
     cell = simulator.rules.cell[x, y, z]
-    load = np.take_along_axis(state.cell_load[:traced], cell, axis=1)
-    episode, uav = np.indices(cell.shape)
-    values = (episode, uav, np.zeros_like(cell), x, y, z, cell, load, np.zeros(cell.shape))
+    load = np.take_along_axis(simulator.state.cell_load, cell, axis=1)
+    seen = [_by_episode(values, shape)[:traced] for values in (x, y, z, cell, load)]
+    episode, uav = np.indices((len(seen[0]), shape[1]))
+    values = (episode, uav, np.zeros_like(episode), *seen, np.zeros(episode.shape))
     return pd.DataFrame({name: value.ravel() for name, value in zip(PATH_COLUMNS, values, strict=True)})
 
 
 def _positions(
-    simulator: Simulator, outcome: Outcome, flying: NDArray[np.bool_], slot: int, traced: int
+    position: NDArray[np.int64], outcome: Outcome, flying: NDArray[np.bool_], slot: int, traced: int
 ) -> pd.DataFrame:
     episode, uav = np.nonzero(flying[:traced])
-    x, y, z = np.moveaxis(simulator.state.position[episode, uav], -1, 0)
+    x, y, z = np.moveaxis(position[episode, uav], -1, 0)
     own = (values[episode, uav] for values in (outcome.cell, outcome.cell_load, outcome.rate_mbps))
     columns = (episode, uav, np.full_like(episode, slot), x, y, z, *own)
     return pd.DataFrame(dict(zip(PATH_COLUMNS, columns, strict=True)))

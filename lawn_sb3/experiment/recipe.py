@@ -171,6 +171,7 @@ class Recipe(BaseModel):
     evaluation: Evaluation = Evaluation()
     methods: dict[str, Method] = Field(min_length=1)
     scaling: Scaling | None = Field(None, description="which methods are also flown with other numbers of UAVs")
+    regret: bool = Field(False, description="whether to work out what each UAV of a run could gain by deviating alone")
 
     def game(self) -> Scenario:
         """The scenario with the recipe's changes.

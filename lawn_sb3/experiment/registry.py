@@ -15,7 +15,15 @@ from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
-from lawn_sb3.planning import ShortestPathPlayer
+from lawn_sb3.planning import (
+    BestRoutePlayer,
+    BoundPlayer,
+    EquilibriumPlayer,
+    ForecastPlayer,
+    ShortestPathPlayer,
+    WelfarePlayer,
+    WorstEquilibriumPlayer,
+)
 
 TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
@@ -25,7 +33,16 @@ TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
 """What the policies of an algorithm derive from, and its class for each; the first that fits counts."""
 ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO, "iql": IQL, "qmix": QMIX}
 DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic", "iql": "local_q", "qmix": "monotonic_mixer"}
-PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, "shortest-path": ShortestPathPlayer}
+PLANNERS: dict[str, Callable[[], Player]] = {
+    "shortest-path": ShortestPathPlayer,
+    "best-route": BestRoutePlayer,
+    "forecast": ForecastPlayer,
+    "equilibrium": EquilibriumPlayer,
+    "worst-equilibrium": WorstEquilibriumPlayer,
+    "welfare": WelfarePlayer,
+    "bound": BoundPlayer,
+}
+PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, **PLANNERS}
 
 REPOSITORY = Path(lawn_sb3.__file__).parents[1]
 

@@ -1,0 +1,109 @@
+"""The regret of finished runs: what each UAV could have gained by deviating alone from what was flown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import pandas as pd
+import torch as th
+from rich.console import Console
+from rich.progress import track
+
+from lawn_sb3.experiment.cell import REGRET_FILE, is_finished, write_rows
+from lawn_sb3.experiment.evaluation import Flights, evaluation_games, flies_alone, fly
+from lawn_sb3.experiment.players import load_player
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.planning.plan import Plan
+from lawn_sb3.planning.regret import best_responses
+from lawn_sb3.scenario import Scenario
+
+COLUMNS = ("episode", "uav", "utility_mbps", "best_mbps", "best_slots")
+EQUILIBRIUM_MBPS = 1e-6
+"""Regret up to which a UAV counts as having nothing to gain; files keep nine digits."""
+
+
+def add_regrets(cells: Sequence[Cell], console: Console) -> None:
+    """Fly the finished runs of a recipe again, and work out what each UAV could have gained; what is there is kept.
+
+    :param cells: the cells
+    :param console: where progress goes
+    """
+    todo = [cell for cell in cells if is_finished(cell) and has_regrets(cell) and not _are_kept(cell)]
+    th.set_num_threads(1)  # as in training: equal bytes everywhere
+    for cell in track(todo, "working out regrets", console=console, disable=not todo):
+        player, chosen = load_player(cell, cell.evaluation.deterministic), cell.evaluation
+        flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, traced=chosen.episodes)
+        write_rows(cell.directory / REGRET_FILE, regrets(flights, cell.scenario, chosen.seed))
+
+
+def has_regrets(cell: Cell) -> bool:
+    """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to.
+
+    :param cell: the cell
+    :return: false for the bound
+    """
+    return cell.method.player is None or not flies_alone(load_player(cell))
+
+
+def _are_kept(cell: Cell) -> bool:
+    try:
+        rows = pd.read_csv(cell.directory / REGRET_FILE)
+    except (OSError, ValueError):  # missing, or damaged
+        return False
+    return tuple(rows.columns) == COLUMNS and len(rows) == cell.evaluation.episodes * cell.scenario.num_uavs
+
+
+def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:
+    """What each UAV could have had by deviating alone, the others keeping the trajectories that they flew.
+
+    :param flights: an evaluation with all of its episodes traced
+    :param scenario: the game
+    :param seed: the seed of the evaluation
+    :param on_game: called after each episode
+    :return: one row an episode and UAV: ``episode, uav``, the utility that it had, that of its best response, and the
+        slots that the best response takes
+    """
+    rows = flights.rows
+    shape = (rows["episode"].nunique(), scenario.num_uavs)
+    simulator = evaluation_games(scenario, shape[0], seed)
+    slots = np.array(rows["slots"], dtype=np.int64).reshape(shape)
+    voxels = _trajectories(flights, scenario)
+    best_mbps, best_slots = np.zeros(shape), np.zeros(shape, dtype=np.int64)
+    for game in range(shape[0]):
+        plan = Plan(voxels[game], slots[game])
+        best_mbps[game], best_slots[game] = best_responses(simulator.rules, simulator.state, game, plan)
+        if on_game is not None:
+            on_game()
+    values = (rows["episode"], rows["uav"], rows["utility_mbps"], best_mbps.ravel(), best_slots.ravel())
+    return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+
+
+def _trajectories(flights: Flights, scenario: Scenario) -> np.ndarray:
+    """Voxels of all UAVs from slot to slot [E, N, T_max + 1, 3]; who is done stays in the last one."""
+    paths = flights.paths
+    num_games = flights.rows["episode"].nunique()
+    voxels = np.zeros((num_games, scenario.num_uavs, scenario.max_slots + 1, 3), dtype=np.int64)
+    last = np.zeros(voxels.shape[:3], dtype=np.int64)
+    at = tuple(paths[name].to_numpy() for name in ("episode", "uav", "slot"))
+    voxels[at] = paths[["x", "y", "z"]].to_numpy()
+    last[at] = at[2]
+    last = np.maximum.accumulate(last, axis=2)
+    return np.take_along_axis(voxels, last[..., None], axis=2)
+
+
+def summarize_regrets(rows: pd.DataFrame) -> dict[str, float]:
+    """Mean figures of the regrets of one evaluation.
+
+    :param rows: what :func:`regrets` returned
+    :return: mean regret of a UAV, and the Nash gap: the largest regret of an episode's UAVs, mean and maximum over
+        the episodes; all in Mbps
+    """
+    regret = (rows["best_mbps"] - rows["utility_mbps"]).clip(lower=0.0)
+    largest = regret.groupby(rows["episode"]).max()
+    return {
+        "regret_mbps": float(regret.mean()),
+        "nash_gap_mbps": float(largest.mean()),
+        "largest_regret_mbps": float(largest.max()),
+        "equilibria_percent": float(100.0 * (largest <= EQUILIBRIUM_MBPS).mean()),
+    }

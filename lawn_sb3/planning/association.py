@@ -1,0 +1,199 @@
+"""The association game of one slot: every UAV chooses a GBS, which splits its RBs equally among those that chose it.
+
+It is what remains of the congestion game (eq:rb with eq:rate) if nobody looks beyond the next slot. The rate is the
+product of a share, which depends on how many have chosen the GBS, and of what an RB carries, which depends on the UAV
+and the GBS alone. Its logarithm is therefore a sum, and has an exact potential (Monderer and Shapley, 1996): whenever
+one UAV alone changes its choice, the potential changes by just what that UAV's log-rate does. Hence a choice from which
+no UAV gains by deviating alone always exists, and letting UAVs improve in turn finds one. Rates themselves have no such
+potential, and utilities of whole trajectories, which add up rates of several slots, need not have an equilibrium.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.game.airspace import move, stop_at
+from lawn_sb3.game.kernel import voxel_of
+from lawn_sb3.game.radio import rb_share
+from lawn_sb3.game.simulator import Simulator
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+LEAST_GAIN = 1e-12
+"""Share of a rate below which a gain counts as rounding, and nobody changes its choice for it."""
+
+
+class OneSlotGame(NamedTuple):
+    """The association game that some UAVs play in the next slot of a real game."""
+
+    rb_rate_mbps: Floats
+    """Rate over one RB in the best voxel of each cell that each UAV can reach [N, M]; 0 where it can reach none."""
+    actions: Ints
+    """The move to that voxel, as an index into the action table [N, M]; 0 where there is none."""
+
+
+def association_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
+    """Rate of every UAV (eq:rate with eq:rb) in a joint choice.
+
+    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
+    :param num_rbs: RBs K_b of each GBS [M]
+    :param choice: index of the GBS that each UAV chooses [..., N]
+    :return: rates in Mbps [..., N]
+    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    """
+    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
+    load = np.take_along_axis(_loads(chosen, len(shares)), chosen, axis=-1)
+    return np.asarray(shares[chosen, load] * _of_choice(rb_rate, chosen))
+
+
+def deviation_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
+    """Rate that every UAV would have with every GBS if all others stayed with theirs.
+
+    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
+    :param num_rbs: RBs K_b of each GBS [M]
+    :param choice: index of the GBS that each UAV chooses [..., N]
+    :return: rates in Mbps [..., N, M]; with the GBS that a UAV has chosen, the rate it has
+    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    """
+    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
+    every_gbs = np.arange(len(shares))
+    others = _loads(chosen, len(shares))[..., None, :] - (chosen[..., None] == every_gbs)  # [..., N, M]
+    return np.asarray(shares[every_gbs, others + 1] * rb_rate)
+
+
+def log_rate_potential(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
+    """Exact potential of the log-rates: sum_b sum_{k <= n_b} log floor(K_b / k) + sum_i log rb_rate_mbps[i, b_i].
+
+    It is Rosenthal's potential of the shares, and each UAV's own part. It is defined while every UAV gets at least one
+    RB of a GBS that can serve it. Otherwise somebody's rate is 0 and the potential minus infinity; its differences then
+    say nothing.
+
+    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
+    :param num_rbs: RBs K_b of each GBS [M]
+    :param choice: index of the GBS that each UAV chooses [..., N]
+    :return: potential [...]; its differences have no unit
+    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    """
+    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
+    loads = _loads(chosen, len(shares))
+    with np.errstate(divide="ignore"):  # log 0 = -inf
+        congestion = np.log(shares).cumsum(axis=1)[np.arange(len(shares)), loads]  # [..., M]
+        own = np.log(_of_choice(rb_rate, chosen))  # [..., N]
+    return np.asarray(congestion.sum(axis=-1) + own.sum(axis=-1))
+
+
+def deviation_cycle(choice: ArrayLike, uavs: tuple[int, int], targets: tuple[int, int]) -> Ints:
+    """Joint choices around a closed cycle: the first UAV deviates, then the second; the first returns, the second too.
+
+    :param choice: index of the GBS that each UAV chooses at the outset [..., N]
+    :param uavs: indices of the two UAVs
+    :param targets: the GBS that each of the two deviates to
+    :return: joint choices before each of the four deviations [..., 4, N]; the fourth leads back to the first
+    """
+    around = np.repeat(np.asarray(choice, dtype=np.int64)[..., None, :], 4, axis=-2)
+    around[..., 1:3, uavs[0]] = targets[0]
+    around[..., 2:4, uavs[1]] = targets[1]
+    return around
+
+
+def cycle_gain(payoffs: ArrayLike, uavs: tuple[int, int]) -> Floats:
+    """Sum of the deviators' gains around a closed cycle of four deviations, as :func:`deviation_cycle` makes it.
+
+    A game has an exact potential if and only if this is 0 for all such cycles (Monderer and Shapley, 1996,
+    Corollary 2.9); what it differs from 0 by is how far these payoffs are from having one.
+
+    :param payoffs: rates or log-rates of all UAVs in the four joint choices of a cycle [..., 4, N]
+    :param uavs: indices of the two UAVs
+    :return: sum of the four gains, in the unit of the payoffs [...]
+    """
+    first, second = (np.asarray(payoffs, dtype=np.float64)[..., i] for i in uavs)  # each [..., 4]
+    gains = (
+        first[..., 1] - first[..., 0],
+        second[..., 2] - second[..., 1],
+        first[..., 3] - first[..., 2],
+        second[..., 0] - second[..., 3],
+    )
+    return np.asarray(sum(gains))
+
+
+def improve_in_turn(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Ints:
+    """Let every UAV change to its best GBS if that raises its rate, one after the other, until none does.
+
+    It ends because the potential rises with every change. Where rates of 0 make it minus infinity, put one small number
+    in the place of every 0: that is a game with a potential too, and every gain of the one is a gain of the other.
+
+    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
+    :param num_rbs: RBs K_b of each GBS [M]
+    :param choice: the GBS that each UAV begins with [..., N]
+    :return: a pure Nash equilibrium for each joint choice to begin with [..., N]; nobody changes to a rate of 0
+    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    """
+    rb_rate, _, chosen = _checked(rb_rate_mbps, num_rbs, choice)
+    while True:
+        before = chosen.copy()
+        for i in range(chosen.shape[-1]):
+            rates_mbps = deviation_rates_mbps(rb_rate, num_rbs, chosen)[..., i, :]
+            present_mbps = _of_choice(rates_mbps, chosen[..., i])
+            gains = rates_mbps.max(axis=-1) > (1.0 + LEAST_GAIN) * present_mbps
+            chosen[..., i] = np.where(gains, rates_mbps.argmax(axis=-1), chosen[..., i])
+        if (chosen == before).all():
+            return chosen
+
+
+def one_slot_game(simulator: Simulator, game: int) -> OneSlotGame:
+    """The association game of the next slot, as one game of a simulator stands.
+
+    A cell of which a UAV can reach no voxel within the slot carries 0 Mbps for it, so that nobody gains by choosing it.
+    The rates of a joint choice are those of the real slot if all UAVs that fly, and no others, take part in it and make
+    the moves: a UAV that is done carries 0 Mbps everywhere and is to be left out; if it stays where it arrived, it
+    takes RBs of its cell that this game knows nothing of. Collisions are not looked at: two UAVs that choose one GBS
+    may be sent to the same voxel.
+
+    :param simulator: the games
+    :param game: index of the game
+    :return: what an RB carries, and the moves; of voxels that carry the same, the first in the action table
+    """
+    rules, state = simulator.rules, simulator.state
+    shape = (state.flying.shape[1], len(rules.num_rbs))
+    rb_rate_mbps, actions = np.zeros(shape), np.zeros(shape, dtype=np.int64)
+    for i in np.flatnonzero(state.flying[game]):
+        here, goal = voxel_of(state.position, game, int(i)), voxel_of(state.destination, game, int(i))
+        for a, (x, y, z) in enumerate(rules.actions):
+            end = move(here, (x, y, z), rules.grid, rules.clip_moves)
+            if rules.fly_through:
+                end = stop_at(here, end, goal)
+            b = rules.cell[end]
+            if rules.rb_rate_mbps[end] > rb_rate_mbps[i, b]:
+                rb_rate_mbps[i, b], actions[i, b] = rules.rb_rate_mbps[end], a
+    return OneSlotGame(rb_rate_mbps, actions)
+
+
+def _checked(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> tuple[Floats, Ints, Ints]:
+    """What an RB carries [..., N, M], shares of one GBS each by load [M, N + 1], and a copy of the choices [..., N]."""
+    rb_rate, gbs_rbs, chosen = np.asarray(rb_rate_mbps, dtype=np.float64), np.asarray(num_rbs), np.asarray(choice)
+    if rb_rate.ndim < 2 or chosen.ndim < 1 or rb_rate.shape[-2:] != (chosen.shape[-1], *gbs_rbs.shape):
+        shapes = f"rb_rate_mbps has shape {rb_rate.shape}, num_rbs {gbs_rbs.shape}, choice {chosen.shape}"
+        raise UserError(f"{shapes}: expected [..., N, M], [M] and [..., N]")
+    num_uavs, num_gbs = rb_rate.shape[-2:]
+    if not np.issubdtype(chosen.dtype, np.integer) or ((chosen < 0) | (chosen >= num_gbs)).any():
+        raise UserError(f"a choice must be the index of a GBS: a whole number from 0 to {num_gbs - 1}")
+    shares = np.ones((num_gbs, num_uavs + 1), dtype=np.int64)  # a load of 0 is nobody's; its logarithm is 0
+    for b in range(num_gbs):
+        shares[b, 1:] = [rb_share(gbs_rbs[b], load) for load in range(1, num_uavs + 1)]
+    joint = np.broadcast_shapes(chosen.shape, rb_rate.shape[:-1])
+    return np.broadcast_to(rb_rate, (*joint, num_gbs)), shares, np.broadcast_to(chosen, joint).astype(np.int64)
+
+
+def _loads(choice: Ints, num_gbs: int) -> Ints:
+    """Cell loads n_b of a joint choice [..., M]."""
+    return np.asarray((choice[..., None] == np.arange(num_gbs)).sum(axis=-2))
+
+
+def _of_choice(values: Floats, choice: Ints) -> Floats:
+    """Of values for every GBS [..., M], those of the chosen one [...]."""
+    return np.asarray(np.take_along_axis(values, choice[..., None], axis=-1)[..., 0])
