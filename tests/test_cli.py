@@ -54,6 +54,7 @@ def test_help_shows_defaults_for_every_command() -> None:
     for command in (
         "train",
         "evaluate",
+        "plan",
         "verify",
         "reproduce",
         "ablate",

@@ -52,5 +52,5 @@ def plan(
         with bars:
             figures = plan_figures(player, game, episodes, seed, advance, regret, **given)
     except KeyboardInterrupt:
-        fail("interrupted; a plan is only kept once all of its episodes are done", 130)
+        fail("interrupted: nothing is kept of an unfinished plan", 130)
     print_figures(figures, as_json, f"{player} on {game.title}, {episodes} episodes")

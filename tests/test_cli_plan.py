@@ -1,0 +1,50 @@
+"""The command ``plan``, and the regret that ``evaluate`` adds."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from lawn_sb3.experiment.registry import PLANNERS
+from tests.test_cli import lawn
+
+EXPECTED = "method scenario episodes seed reward rate_mbps makespan_slots completion_slots success_percent"
+
+
+@pytest.mark.parametrize("player", ["welfare", "bound"])
+def test_plan_prints_one_json_object_and_nothing_else(player: str) -> None:
+    done = lawn("plan", "--player", player, "--episodes", "5", "--seed", "1", "--json")
+    assert (done.returncode, done.stderr) == (0, "")
+    figures = json.loads(done.stdout)
+    assert {*EXPECTED.split(), "utility_mbps", "welfare_mbps"} <= set(figures)
+    assert (figures["method"], figures["episodes"], figures["seed"]) == (player, 5, 1)
+
+
+def test_a_mission_that_cannot_be_flown_in_time_names_the_uav() -> None:
+    # From corner to corner of 10 x 10 x 3 voxels are 20 steps, 7 slots: among 400 missions some take more than 4.
+    done = lawn("plan", "--player", "equilibrium", "--episodes", "100", "--set", "max_slots=4")
+    assert done.returncode == 2
+    assert done.stdout == ""
+    (line,) = done.stderr.splitlines()
+    assert "UAV" in line
+    assert "cannot fly its mission" in line
+    assert "left of T_max = 4" in line
+
+
+def test_a_misspelt_planner_gets_a_suggestion() -> None:
+    done = lawn("plan", "--player", "equilibrum")
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert "did you mean 'equilibrium'" in line
+    assert all(name in line for name in PLANNERS)
+
+
+def test_evaluate_adds_the_regret() -> None:
+    done = lawn("evaluate", "--player", "shortest-path", "--episodes", "5", "--regret", "--json")
+    assert done.returncode == 0
+    figures = json.loads(done.stdout)
+    assert 0.0 < figures["regret_mbps"] <= figures["nash_gap_mbps"] <= figures["largest_regret_mbps"]
+    refused = lawn("evaluate", "--player", "bound", "--episodes", "5", "--regret")
+    assert refused.returncode == 2
+    assert "never meet" in refused.stderr
