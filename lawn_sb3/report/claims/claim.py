@@ -25,6 +25,8 @@ CLAIMS_FILES = tuple(Path(__file__).with_name(name) for name in ("premises.yaml"
 ROLES: dict[str, dict[str, Any]] = {
     "random": {"player": "random"},
     "straight": {"player": "shortest-path"},
+    "alone": {"player": "best-route"},
+    "welfare": {"player": "welfare"},
     "iql": {"algo": "iql", "policy": "local_q"},
     "qmix": {"algo": "qmix", "policy": "monotonic_mixer"},
     "mappo": {"algo": "mappo", "policy": "state_critic"},

@@ -1,4 +1,4 @@
-"""Claims that take flights of their own: what an actor reads, what hovering gives, what the welfare could be."""
+"""Claims that take flights of their own: what an actor reads, and what hovering gives."""
 
 from __future__ import annotations
 
@@ -13,9 +13,8 @@ from lawn_sb3.experiment.players import ModelPlayer, load_player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import ShortestPathPlayer
 from lawn_sb3.report.claims.claim import CannotTellError, Evidence, Finding
-from lawn_sb3.report.claims.comparisons import QUANTITIES, combine, join, known, scores
+from lawn_sb3.report.claims.comparisons import combine, scores
 from lawn_sb3.report.claims.table_rows import FAR
-from lawn_sb3.report.statistics import mean_interval
 
 GAMES, SLOTS, NOISES = 50, 10, 20
 """Observations of an actor's test: games, slots of random play before, and times that x is replaced."""
@@ -152,32 +151,3 @@ def _own_rate(evidence: Evidence, role: str, at_least_mbps: float) -> str:
     rate, success = (float(scores(evidence, role, name).mean()) for name in ("rate_mbps", "success_percent"))
     shown = "shows the rate" if rate >= at_least_mbps else "does not show it"
     return f"; our own {evidence.label(role)} {shown}: R̂ {rate:.1f} Mbps, success {success:.1f} %."
-
-
-def maximises_welfare(evidence: Evidence, of: list[str], draws: int) -> Finding:
-    """Whether a policy earns no less than the best of some joint shortest paths drawn at random for each mission.
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :param draws: joint paths for each mission
-    :return: the finding; what the best of them earns is no more than a lower bound of the largest welfare
-    """
-    quantity = QUANTITIES["utility_mbps"]
-    own = {role: scores(evidence, role, "utility_mbps").mean(axis=1) for role in of}
-    recipe = evidence.results.recipe
-    chosen = recipe.evaluation
-    drawn = [evaluate(ShortestPathPlayer(), recipe.game(), chosen.episodes, chosen.seed, k) for k in range(draws)]
-    means = [rows.groupby("episode")[quantity.column].mean().to_numpy() for rows in drawn]
-    best = float(np.max(means, axis=0).mean())
-    less, figures = [], [f"best of {draws} shortest paths: {quantity.symbol} {best:.1f} Mbps"]
-    for role, values in own.items():
-        found = known(mean_interval(values - best))
-        figures.append(f"{evidence.label(role)}: {found.text(quantity.decimals)}{quantity.unit} against it")
-        if found.high < 0.0:
-            less.append(evidence.label(role))
-    why = "A policy that maximises the welfare cannot earn less than the best of some paths drawn at random"
-    return Finding(
-        combine([evidence.label(role) not in less for role in of]),
-        "; ".join(figures),
-        f"{why}; {join(less)} {'does' if len(less) == 1 else 'do'}." if less else f"{why}.",
-    )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.report.claims import comparisons, curves, distributions, flights, printed, table_rows
+from lawn_sb3.report.claims import comparisons, curves, distributions, flights, game_theory, printed, table_rows
 from lawn_sb3.report.claims.claim import CannotTellError, Claim, Evidence, Finding, Judged
 from lawn_sb3.report.claims.comparisons import sentence
 
@@ -38,7 +38,8 @@ TESTS: dict[str, Callable[..., Finding]] = {
         printed.reward_in_mbps,
         flights.ignores_state,
         flights.hovering_explains_rate,
-        flights.maximises_welfare,
+        game_theory.maximises_welfare,
+        game_theory.has_potential,
     )
 }
 """The tests of the claims, by name."""

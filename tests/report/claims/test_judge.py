@@ -41,7 +41,7 @@ def test_without_any_run_only_what_the_paper_prints_is_judged() -> None:
     told = {claim.id for claim, finding in judged if finding.verdict != "not testable"}
     assert told == {
         "share-falls", "one-voxel-a-slot", "table-1-grid", "ema-consistency", "rate-term-duration",
-        "table-1-reward-unit", "continuous-actions", "iql-rate-artefact",
+        "table-1-reward-unit", "continuous-actions", "iql-rate-artefact", "congestion-game",
     }  # fmt: skip
 
 
