@@ -40,7 +40,7 @@ def best_response(
     :param uav: index of the UAV, which is flying
     :param for_welfare: add what each of its moves changes in the others' utilities
     :param slack: slots beyond T_i^min that the flight may take; the plan has room for them
-    :return: the flight, and its voxels [S + 1, 3]
+    :return: the flight, and its voxels [S + 1, 3]; these mean nothing if the flight takes 0 slots
     """
     path = np.empty(plan.voxels.shape[1:], dtype=np.int64)
     around = others_in(rules, state, game, plan, uav, for_welfare)
@@ -71,6 +71,8 @@ def plan_worth_mbps(rules: Rules, state: State, game: int, plan: Plan, uav: int,
 def respond_in_turn(rules: Rules, state: State, game: int, plan: Plan, for_welfare: bool, slack: int) -> int:
     """Let every UAV change to its best response if that gains anything, one after the other.
 
+    A UAV that cannot be at its destination in time keeps its trajectory.
+
     :param rules: the game's constants
     :param state: the state of all games
     :param game: index of the game
@@ -86,6 +88,8 @@ def respond_in_turn(rules: Rules, state: State, game: int, plan: Plan, for_welfa
             continue
         before_mbps = plan_worth_mbps(rules, state, game, plan, i, for_welfare)
         flight, path = best_response(rules, state, game, plan, i, for_welfare, slack)
+        if flight.slots == 0:
+            continue
         old_voxels, old_slots = plan.voxels[i].copy(), plan.slots[i]
         plan.voxels[i], plan.slots[i] = path, flight.slots
         if plan_worth_mbps(rules, state, game, plan, i, for_welfare) > before_mbps + least_gain_mbps:

@@ -115,7 +115,8 @@ def best_flight(
     :param uav: index of the UAV
     :param around: what it finds; at least as many slots as can be flown
     :param slack: slots beyond T_i^min that the whole flight may take
-    :param path: voxels from slot to slot, the present one first [S + 1, 3]; written, and filled with the destination
+    :param path: voxels from slot to slot, the present one first [S + 1, 3]; written, and filled with the destination,
+        unless the deadline cannot be met
     :return: the flight
     """
     position, goal = voxel_of(state.position, game, uav), voxel_of(state.destination, game, uav)
@@ -126,7 +127,7 @@ def best_flight(
     values = np.empty((2, *rules.grid))
     shortest = min_slots(position, goal, rules.max_voxel_steps)
     longest = longest_flight(rules, state, game, uav, slack)
-    moves = np.empty((max(longest, 1), *rules.grid), dtype=np.int16)
+    moves = np.empty((max(longest, 1), *rules.grid), dtype=np.int32)
     best = Flight(0, -np.inf, 0)
     for slots in range(shortest, longest + 1):
         total = flown + slots
@@ -172,7 +173,7 @@ def _value_slot(
     weight: float,
     price_mbps: float,
     values: Floats,
-    moves: NDArray[np.int16],
+    moves: NDArray[np.int32],
 ) -> None:
     """Best worth from slot s on of being in each voxel in slot s, and the move that follows.
 
@@ -238,7 +239,7 @@ def _best_move(
 
 @njit
 def _trace(
-    rules: Rules, position: Voxel, goal: Voxel, slots: int, action: int, moves: NDArray[np.int16], path: Ints
+    rules: Rules, position: Voxel, goal: Voxel, slots: int, action: int, moves: NDArray[np.int32], path: Ints
 ) -> None:
     """Write the voxels of a flight: the first move, then those that the recursion chose."""
     voxel = position
