@@ -140,7 +140,7 @@ def evaluate_command(
         write_rows(rows_file, flights.rows)
     summary = summarize(flights.rows)
     if regret:
-        summary |= summarize_regrets(regrets(flights, game, seed))
+        summary |= summarize_regrets(regrets(flights, game, seed), flights.rows)
     figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
     print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes")
 

@@ -68,7 +68,7 @@ def plan_figures(
     figures["worst_uav_mbps"] = float(utilities.min(axis=1).mean())
     if with_regret:
         rows = regrets(flights, scenario, seed, lambda: advance("regrets", episodes))
-        figures |= summarize_regrets(rows)
+        figures |= summarize_regrets(rows, flights.rows)
     if isinstance(player, SearchPlayer):
         figures |= {"searches": player.searches, "cycles": player.cycles, "unsettled_episodes": player.unsettled}
     return figures

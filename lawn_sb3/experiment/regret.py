@@ -10,7 +10,7 @@ import torch as th
 from rich.console import Console
 from rich.progress import track
 
-from lawn_sb3.experiment.cell import REGRET_FILE, is_finished, write_rows
+from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, is_finished, write_rows
 from lawn_sb3.experiment.evaluation import Flights, evaluation_games, flies_alone, fly
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Cell
@@ -48,10 +48,11 @@ def has_regrets(cell: Cell) -> bool:
 
 def _are_kept(cell: Cell) -> bool:
     try:
-        rows = pd.read_csv(cell.directory / REGRET_FILE)
-    except (OSError, ValueError):  # missing, or damaged
+        rows, flown = (pd.read_csv(cell.directory / name) for name in (REGRET_FILE, FLIGHT_FILES[0]))
+        same = (rows[list(COLUMNS[:3])].to_numpy() == flown[list(COLUMNS[:3])].to_numpy()).all()
+        return tuple(rows.columns) == COLUMNS and bool(same) and bool(np.isfinite(rows.to_numpy(float)).all())
+    except (OSError, ValueError, KeyError, AttributeError):  # missing, or damaged
         return False
-    return tuple(rows.columns) == COLUMNS and len(rows) == cell.evaluation.episodes * cell.scenario.num_uavs
 
 
 def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:
@@ -92,18 +93,20 @@ def _trajectories(flights: Flights, scenario: Scenario) -> np.ndarray:
     return np.take_along_axis(voxels, last[..., None], axis=2)
 
 
-def summarize_regrets(rows: pd.DataFrame) -> dict[str, float]:
+def summarize_regrets(rows: pd.DataFrame, flown: pd.DataFrame) -> dict[str, float]:
     """Mean figures of the regrets of one evaluation.
 
     :param rows: what :func:`regrets` returned
+    :param flown: the evaluation's rows
     :return: mean regret of a UAV, and the Nash gap: the largest regret of an episode's UAVs, mean and maximum over
-        the episodes; all in Mbps
+        the episodes, all in Mbps; and the share of the episodes that are an equilibrium, in which nobody collides
     """
     regret = (rows["best_mbps"] - rows["utility_mbps"]).clip(lower=0.0)
     largest = regret.groupby(rows["episode"]).max()
+    collisions = flown.groupby("episode")["collisions"].sum()
     return {
         "regret_mbps": float(regret.mean()),
         "nash_gap_mbps": float(largest.mean()),
         "largest_regret_mbps": float(largest.max()),
-        "equilibria_percent": float(100.0 * (largest <= EQUILIBRIUM_MBPS).mean()),
+        "equilibria_percent": float(100.0 * ((largest <= EQUILIBRIUM_MBPS) & (collisions == 0)).mean()),
     }

@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from lawn_sb3.game.fairness import gini, jain_index
+from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
 from lawn_sb3.report.results import Results
 from lawn_sb3.report.statistics import mean_interval
 from lawn_sb3.report.table_two import size
@@ -15,6 +15,7 @@ from lawn_sb3.report.tables import Table, interval_columns, interval_texts
 COLUMNS = {
     "jain": ("Jain index", 3),
     "gini": ("Gini", 3),
+    "nash_welfare_mbps": ("Nash welfare (Mbps)", 1),
     "worst_mbps": ("Worst UAV's U (Mbps)", 1),
     "utility_mbps": ("Mean U (Mbps)", 1),
     "nobody_percent": ("Nobody arrives (%)", 1),
@@ -31,7 +32,7 @@ def fairness(results: Results) -> Table:
     rows = []
     for key, method in results.methods.items():
         figures = {name: mean_interval(by_seed) for name, by_seed in _by_seed(results, key).items()}
-        rows.append({"method": method.label, "seeds": len(results.seeds(key)), **interval_columns(figures)})
+        rows.append({"method": method.label, "key": key, "seeds": len(results.seeds(key)), **interval_columns(figures)})
     numbers = pd.DataFrame(rows)
     shown = pd.DataFrame({"Method": numbers["method"]})
     for name, (heading, decimals) in COLUMNS.items():
@@ -46,6 +47,7 @@ def _by_seed(results: Results, method: str) -> dict[str, NDArray[np.float64]]:
     return {
         "jain": jain_index(utility).mean(axis=-1),
         "gini": gini(utility).mean(axis=-1),
+        "nash_welfare_mbps": nash_welfare(utility).mean(axis=-1),
         "worst_mbps": utility.min(axis=-1).mean(axis=-1),
         "utility_mbps": utility.mean(axis=(-2, -1)),
         "nobody_percent": 100.0 * (utility.max(axis=-1) == 0.0).mean(axis=-1),
@@ -61,6 +63,7 @@ def caption(results: Results) -> str:
     return (
         f"How evenly the utilities U of an episode fall on its {results.recipe.game().num_uavs} UAVs. Jain index: 1 if "
         "all have the same, 1/N if one has everything; Gini: 0 and (N - 1)/N. An episode in which nobody arrives, and "
-        "everybody has 0, counts as even, so both have to be read beside the share of such episodes. Worst UAV: lowest "
-        "utility of an episode. Means with 95 % bootstrap intervals over seeds; n: seeds × test episodes."
+        "everybody has 0, counts as even, so both have to be read beside the share of such episodes. Nash welfare: the "
+        "geometric mean of an episode's utilities, which is high if all have much and 0 if one has nothing. Worst UAV: "
+        "lowest utility of an episode. Means with 95 % bootstrap intervals over seeds; n: seeds × test episodes."
     )

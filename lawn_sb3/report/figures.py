@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Hashable
 
-import numpy as np
 import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
@@ -12,6 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lawn_sb3.experiment.paper import TABLE_II
+from lawn_sb3.experiment.recipe import Method
+from lawn_sb3.report.distributions import NOT_PLANNERS, distributions, panels_text
 from lawn_sb3.report.results import Results
 from lawn_sb3.report.style import colours, use_house_style
 
@@ -21,18 +22,18 @@ WINDOW = 30
 QUANTITIES = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
 LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
 """Ranges of the axes; rewards of the first rollouts can lie below."""
+PLANNED = "welfare"
+"""The one planner among the dashed lines: the others would lie on top of each other there."""
+DASH = 4.0
+"""Length of a dash, in line widths."""
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
 CONVERGENCE_CAPTION = (
     f"Top: missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and short "
     "ones end often, so this row counts too few failures; it begins once the first mission can have failed. Bottom: "
     "greedy play on missions apart from the test's, not smoothed; it has no such bias. Bands: 95 % bootstrap interval "
-    "of the mean over seeds. Dashed: players that do not learn. Diamonds: the paper's values after training. Rewards "
-    "below the axis are those of the first rollouts."
-)
-CDF_CAPTION = (
-    "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over seeds. "
-    "The paper shows this figure without numbers that could be marked here."
+    "of the mean over seeds. Dashed: players that do not learn, of the planners only one. Diamonds: the paper's values "
+    "after training. Rewards below the axis are those of the first rollouts."
 )
 
 
@@ -78,11 +79,20 @@ def convergence(results: Results) -> Figure:
             ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
     handles = [
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
-        for key, method in results.methods.items()
+        for key, method in _drawn(results).items()
     ]
     handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+def _drawn(results: Results) -> dict[str, Method]:
+    """Learners, and the few of the others that stay apart."""
+    return {
+        key: method
+        for key, method in results.methods.items()
+        if method.player is None or method.player in (*NOT_PLANNERS, PLANNED)
+    }
 
 
 def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: dict[str, str]) -> None:
@@ -100,9 +110,11 @@ def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: 
 def _draw_untrained(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
     """Players that do not learn, as horizontal lines."""
     by_seed = results.by_seed()
-    for key, method in results.methods.items():
-        if method.player is not None:
-            ax.axhline(by_seed.loc[by_seed["method"] == key, quantity].mean(), color=palette[key], linestyle="--")
+    players = [key for key, method in _drawn(results).items() if method.player is not None]
+    for k, key in enumerate(players):
+        # Each fills the gaps of the one before, which may be as high.
+        dashes = (DASH * k, (DASH, DASH))
+        ax.axhline(by_seed.loc[by_seed["method"] == key, quantity].mean(), color=palette[key], linestyle=dashes)
 
 
 def _mark_paper(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
@@ -122,24 +134,18 @@ def utility_cdf(results: Results) -> Figure:
     :param results: what the runs left
     :return: the figure; a line is all seeds together, its band the range over seeds
     """
-    use_house_style()
-    figure = Figure(figsize=(7, 4.5), layout="constrained")
-    ax = figure.subplots()
-    palette = colours(results.recipe.methods)
-    grid = np.linspace(0.0, max(results.episodes["utility_mbps"].max(), 1.0) * 1.02, 400)
-    for key, method in results.methods.items():
-        own = results.episodes[results.episodes["method"] == key]
-        by_seed = np.array([_cdf(rows["utility_mbps"], grid) for _, rows in own.groupby("seed")])
-        ax.fill_between(grid, by_seed.min(axis=0), by_seed.max(axis=0), color=palette[key], alpha=0.25, linewidth=0)
-        ax.plot(grid, _cdf(own["utility_mbps"], grid), color=palette[key], label=method.label)
-    ax.set(xlabel="utility $U_i$ of a UAV (Mbps); 0 for a failed mission", ylabel="$F(u) = \\Pr(U_i \\leq u)$")
-    ax.set(xlim=(0, grid[-1]), ylim=(0, 1.02))
-    ax.legend(loc="lower right", frameon=True)
-    return figure
+    xlabel, ylabel = "utility $U_i$ of a UAV (Mbps); 0 for a failed mission", "$F(u) = \\Pr(U_i \\leq u)$"
+    return distributions(results, results.episodes, "utility_mbps", xlabel, ylabel)
 
 
-def _cdf(values: pd.Series, grid: np.ndarray) -> np.ndarray:
-    """Share of the values up to each point of the grid."""
-    ordered = np.sort(values.to_numpy())
-    share: np.ndarray = np.searchsorted(ordered, grid, side="right") / len(ordered)
-    return share
+def cdf_caption(results: Results) -> str:
+    """What Fig. 3 shows.
+
+    :param results: what the runs left
+    :return: one paragraph
+    """
+    return (
+        "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over "
+        f"seeds. {panels_text(results, results.episodes)}"
+        "The paper shows this figure without numbers that could be marked here."
+    )

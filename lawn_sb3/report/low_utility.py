@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from lawn_sb3.report.results import Results
 from lawn_sb3.report.statistics import mean_interval
-from lawn_sb3.report.style import colours, legend_below, use_house_style
+from lawn_sb3.report.style import colours, legend_below, markers, use_house_style
 from lawn_sb3.report.tables import Table, interval_columns
 
 MOST_BINS = 7
@@ -22,7 +22,8 @@ DETOURS = (1.0, 1.5, 2.0, math.inf)
 FAILED = "failed"
 TOLERANCE = 1e-6
 """Loads are written with nine digits."""
-MARKERS = "osD^vPX*"
+MOST_ABREAST = 8
+"""With more methods the panels stand below each other, so that points of a bin stay apart."""
 Cause = Literal["co_served", "detour"]
 CAUSES: dict[Cause, str] = {
     "co_served": "other UAVs in the own cell, mean over the mission",
@@ -99,10 +100,12 @@ def low_utilities(results: Results) -> Figure:
     :return: the figure; a point is the mean utility of a method in a bin, its bar the 95 % interval over seeds
     """
     use_house_style()
-    figure = Figure(figsize=(10, 3.6), layout="constrained")
-    palette, methods = colours(results.recipe.methods), results.methods
-    offsets = np.linspace(-0.36, 0.36, len(methods)) if len(methods) > 1 else np.zeros(1)
-    for ax, (cause, text) in zip(figure.subplots(1, len(CAUSES), sharey=True), CAUSES.items(), strict=True):
+    palette, looks, methods = colours(results.recipe.methods), markers(results.recipe.methods), results.methods
+    stacked = len(methods) > MOST_ABREAST
+    figure = Figure(figsize=(10, 6.4) if stacked else (10, 3.6), layout="constrained")
+    axes = figure.subplots(*((len(CAUSES), 1) if stacked else (1, len(CAUSES))), sharey=True)
+    offsets = np.linspace(-0.4, 0.4, len(methods)) if len(methods) > 1 else np.zeros(1)
+    for ax, (cause, text) in zip(axes, CAUSES.items(), strict=True):
         numbers, names = low_utility(results, cause).numbers, binned(results, cause)[1]
         for k, (key, method) in enumerate(methods.items()):
             own = numbers[numbers["key"] == key]
@@ -111,16 +114,16 @@ def low_utilities(results: Results) -> Figure:
             value = own["utility_mbps"].to_numpy()
             bounds = own[["utility_mbps_low", "utility_mbps_high"]].to_numpy().T
             ax.errorbar(x, value, np.abs(bounds - value), fmt="none", ecolor=palette[key], elinewidth=1.2)
-            marker = MARKERS[k % len(MARKERS)]
-            ax.plot(x[known], value[known], marker, color=palette[key], markersize=5, label=method.label)
-            ax.plot(x[~known], value[~known], marker, color=palette[key], markersize=5, markerfacecolor="white")
+            ax.plot(x[known], value[known], looks[key], color=palette[key], markersize=5, label=method.label)
+            ax.plot(x[~known], value[~known], looks[key], color=palette[key], markersize=5, markerfacecolor="white")
         ax.set_xticks(range(len(names)), names)
         ax.set_xlim(-0.5, len(names) - 0.5)
         ax.grid(axis="x", visible=False)
         for edge in np.arange(0.5, len(names) - 1):
             ax.axvline(edge, color="0.85", linewidth=0.8, zorder=0)
         ax.set_xlabel(text)
-    figure.axes[0].set_ylabel("mean utility $U_i$ (Mbps)")
+        if stacked or cause == "co_served":
+            ax.set_ylabel("mean utility $U_i$ (Mbps)")
     legend_below(figure, figure.axes[0].get_legend_handles_labels()[0], 2.4)
     return figure
 

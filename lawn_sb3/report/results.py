@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -14,10 +14,19 @@ from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished
 from lawn_sb3.experiment.evaluation import summarize
 from lawn_sb3.experiment.recipe import Cell, Method, Recipe
-from lawn_sb3.report.run_files import read_evaluation, read_paths, read_progress, read_sampled, read_slots
+from lawn_sb3.report.run_files import (
+    read_evaluation,
+    read_paths,
+    read_progress,
+    read_regrets,
+    read_sampled,
+    read_slots,
+)
 
-BESIDES = ("curves", "slots", "paths", "sampled")
+BESIDES = ("curves", "slots", "paths", "sampled", "regrets")
 """Tables of :class:`Results` that can be read besides the evaluations."""
+BOUND = "bound"
+"""The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
 
 
 @dataclass
@@ -31,6 +40,7 @@ class Results:
     :param slots: rows of all ``slots.csv``
     :param paths: rows of all ``paths.csv``
     :param sampled: raw rows of all evaluations with sampled actions
+    :param regrets: rows of all ``regret.csv``; none of the bound
     """
 
     recipe: Recipe
@@ -40,6 +50,7 @@ class Results:
     slots: pd.DataFrame = field(default_factory=pd.DataFrame)
     paths: pd.DataFrame = field(default_factory=pd.DataFrame)
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
+    regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def methods(self) -> dict[str, Method]:
@@ -54,6 +65,18 @@ class Results:
         """
         present = set(rows["method"]) if len(rows) else set()
         return {key: method for key, method in self.recipe.methods.items() if key in present}
+
+    def without_bound(self) -> Results:
+        """The same without the rows of the bound, for all that is about UAVs that meet.
+
+        :return: the other methods' results; the recipe stays as it is, so that colours do
+        """
+        bounds = [key for key, method in self.recipe.methods.items() if method.player == BOUND]
+        rest = replace(self)
+        for name, rows in vars(self).items():
+            if isinstance(rows, pd.DataFrame) and len(rows):
+                setattr(rest, name, rows[~rows["method"].isin(bounds)])
+        return rest
 
     def by_seed(self) -> pd.DataFrame:
         """The summary of every evaluation.
@@ -128,7 +151,8 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
     :return: what could be read, and what could not
     """
     results = Results(recipe)
-    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *besides)}
+    wanted = [table for table in besides if table != "regrets" or recipe.regret]
+    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *wanted)}
     for cell in cells:
         if not (cell.directory / "config.yaml").exists():
             other = cell.directory.exists() and (not cell.directory.is_dir() or any(cell.directory.iterdir()))
@@ -137,7 +161,7 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(cell, besides, results.problems).items():
+        for table, rows in _read_run(cell, wanted, results.problems).items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
@@ -168,6 +192,8 @@ def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict
         readers["curves"] = lambda: read_progress(cell)
         if cell.evaluation.deterministic:
             readers["sampled"] = lambda: read_sampled(cell, evaluation)
+    if cell.method.player != BOUND:
+        readers["regrets"] = lambda: read_regrets(cell, evaluation)
     for table, read in readers.items():
         if table in besides:
             keep(table, read)

@@ -6,9 +6,10 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE
+from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, SAMPLED_FILE
 from lawn_sb3.experiment.evaluation import COLUMNS, PATH_COLUMNS
 from lawn_sb3.experiment.recipe import Cell, Evaluation
+from lawn_sb3.experiment.regret import COLUMNS as REGRET_COLUMNS
 from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.report.csv_file import Allowed, checked_values, read_table, read_text_columns
 from lawn_sb3.scenario import Scenario
@@ -122,6 +123,34 @@ def read_paths(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
     origins = draw_test_missions(game, chosen).origins[:traced].reshape(-1, 3)
     if (rows.loc[rows["slot"] == 0, list("xyz")].to_numpy() != origins).any():
         raise UserError(f"{PATHS_FILE} has other origins than the test missions of seed {chosen.seed}")
+    return rows
+
+
+def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
+    """Read what each UAV could have had by deviating alone.
+
+    :param cell: the cell of the run
+    :param evaluation: what :func:`read_evaluation` returned
+    :return: one row an episode and UAV, in this order: the utility it had, that of its best response, and its slots
+    :raises UserError: if the file is not whole, or of another evaluation
+    """
+    game, episodes = cell.scenario, cell.evaluation.episodes
+    columns = {
+        **dict.fromkeys(REGRET_COLUMNS, Allowed(0)),
+        "episode": Allowed(0, episodes - 1, whole=True),
+        "uav": Allowed(0, game.num_uavs - 1, whole=True),
+        "best_slots": Allowed(0, game.max_slots, whole=True),
+    }
+    rows = read_table(cell.directory / REGRET_FILE, columns, episodes * game.num_uavs, EPISODE_KEY)
+    rows = rows.sort_values(EPISODE_KEY, ignore_index=True)
+    wrong = ((rows["utility_mbps"] - evaluation["utility_mbps"]).abs() > TOLERANCE).to_numpy()
+    if wrong.any():
+        at = int(wrong.argmax())
+        row, expected = rows.iloc[at], evaluation["utility_mbps"].iloc[at]
+        raise UserError(
+            f"{REGRET_FILE}: UAV {row['uav']:g} of episode {row['episode']:g} had {row['utility_mbps']:g} Mbps: "
+            f"must be {expected:g} as in {EVALUATION_FILE}"
+        )
     return rows
 
 

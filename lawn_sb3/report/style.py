@@ -1,4 +1,4 @@
-"""How every figure looks: a method has the same colour-blind-safe colour everywhere."""
+"""How every figure looks: a method has the same colour-blind-safe colour, line and marker everywhere."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+LineStyle = str | tuple[float, tuple[float, ...]]
+
 OKABE_ITO = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
 KNOWN = {
     "random": "#7F7F7F",
@@ -23,8 +25,26 @@ KNOWN = {
     "mappo-state": "#56B4E9",
     "mappo-local": "#CC79A7",
     "mappo-blind": "#E69F00",
+    "best-route": "#8C6D31",
+    "forecast": "#A0D060",
+    "worst-equilibrium": "#9F8FEF",
+    "equilibrium": "#332288",
+    "welfare": "#882255",
+    "bound": "#000000",
 }
+LINES: dict[str, LineStyle] = {
+    "best-route": (0, (6, 1.5)),
+    "forecast": (0, (6, 1.2, 1.2, 1.2)),
+    "worst-equilibrium": (0, (3, 1)),
+    "equilibrium": (0, (3, 1, 1, 1)),
+    "welfare": (0, (6, 1, 1, 1, 1, 1)),
+    "bound": (0, (1, 1)),
+}
+"""Players that plan are never solid; all other methods are."""
+MARKERS = "osD^vPX*<>hdp8H"
 MOST_PANELS_A_ROW = 4
+MOST_ROWS = 3
+"""With more panels than these rows hold, rows take one more."""
 
 
 def colours(methods: Iterable[str]) -> dict[str, str]:
@@ -38,6 +58,24 @@ def colours(methods: Iterable[str]) -> dict[str, str]:
     free = [colour for colour in OKABE_ITO if colour not in taken] or list(OKABE_ITO)
     others = [key for key in methods if key not in KNOWN]
     return {key: KNOWN[key] if key in KNOWN else free[others.index(key) % len(free)] for key in methods}
+
+
+def line_of(method: str) -> LineStyle:
+    """How the line of a method is drawn.
+
+    :param method: its key
+    :return: a line style
+    """
+    return LINES.get(method, "-")
+
+
+def markers(methods: Iterable[str]) -> dict[str, str]:
+    """The marker of each method.
+
+    :param methods: keys of all methods of a recipe, so that figures of some of them agree
+    :return: one marker each, in order
+    """
+    return {key: MARKERS[k % len(MARKERS)] for k, key in enumerate(methods)}
 
 
 def use_house_style() -> None:
@@ -73,6 +111,17 @@ def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:
     )
 
 
+def grid_shape(count: int) -> tuple[int, int]:
+    """How small multiples are laid out, rows as even as can be.
+
+    :param count: number of panels
+    :return: rows and columns
+    """
+    longest = MOST_PANELS_A_ROW + (count > MOST_PANELS_A_ROW * MOST_ROWS)
+    rows = math.ceil(count / longest)
+    return rows, math.ceil(count / rows)
+
+
 def panels(figure: Figure, count: int, width: float, height: float, xlabel: str, ylabel: str) -> list[Axes]:
     """Lay out small multiples with shared axes, rows as even as can be, and set the figure's size.
 
@@ -84,8 +133,7 @@ def panels(figure: Figure, count: int, width: float, height: float, xlabel: str,
     :param ylabel: what the y-axes show
     :return: the panels, row by row; only the outer ones carry labels
     """
-    rows = math.ceil(count / MOST_PANELS_A_ROW)
-    columns = math.ceil(count / rows)
+    rows, columns = grid_shape(count)
     figure.set_size_inches(1.0 + width * columns, 0.5 + height * rows)
     axes: list[Axes] = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel().tolist()
     for ax in axes[count:]:

@@ -1,13 +1,14 @@
-"""Table II: every method's figures over seeds, the paper's beside them."""
+"""Table II: every method's figures over seeds, the paper's beside them, and its share of the attainable welfare."""
 
 from __future__ import annotations
 
 import pandas as pd
 
 from lawn_sb3.experiment.paper import TABLE_II
-from lawn_sb3.report.results import Results
+from lawn_sb3.report.attainable import Attainable, attainable, explanation, share
+from lawn_sb3.report.results import BOUND, Results
 from lawn_sb3.report.statistics import mean_interval
-from lawn_sb3.report.tables import Table
+from lawn_sb3.report.tables import Table, interval_columns
 
 COLUMNS = {
     "reward": ("J̄", 2),
@@ -35,9 +36,10 @@ def table_two(results: Results) -> Table:
 
     :param results: what the runs left
     :return: one row a method; numbers with the columns ``method, key, seeds, episodes`` and for each figure
-        ``NAME, NAME_low, NAME_high, NAME_paper``
+        ``NAME, NAME_low, NAME_high, NAME_paper``; with results of the bound, ``share_low_percent`` and
+        ``share_high_percent`` with intervals too
     """
-    by_seed = results.by_seed()
+    by_seed, limits = results.by_seed(), attainable(results)
     numbers, shown = [], []
     for key, method in results.methods.items():
         own = by_seed[by_seed["method"] == key]
@@ -55,20 +57,34 @@ def table_two(results: Results) -> Table:
             row[f"{name}_paper"] = printed.get(name, float("nan"))
             paper = f" ({printed[name]:.{decimals}f})" if name in printed else ""
             cells[heading] = found.text(decimals) + paper
+        if limits is not None:
+            figures, cells["Share (%)"] = _share(results, key, limits)
+            row |= figures
         numbers.append(row)
         shown.append({**cells, "n": size(results, key)})
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption(results))
+    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption(results, limits))
 
 
-def caption(results: Results) -> str:
+def _share(results: Results, key: str, limits: Attainable) -> tuple[dict[str, float], str]:
+    """The bracket of a method's share of the attainable welfare: numbers, and what is shown."""
+    if results.methods[key].player == BOUND:
+        return {}, "–"
+    low, high = share(results, key, limits)
+    figures = interval_columns({"share_low_percent": low, "share_high_percent": high})
+    return figures, f"{low.value:.1f}–{high.value:.1f}"
+
+
+def caption(results: Results, limits: Attainable | None = None) -> str:
     """What Table II shows.
 
     :param results: what the runs left
+    :param limits: what the largest welfare lies between, if shares are shown
     :return: one paragraph
     """
     actions = "greedy" if results.recipe.evaluation.deterministic else "sampled"
+    shares = f"{explanation(limits)} " if limits is not None else ""
     return (
         f"Mean over seeds [95 % bootstrap interval over seeds], {actions} actions, the same test missions for every "
         "method and seed; in parentheses the paper's value. T̄ is the makespan: slots until the last UAV is done. "
-        "U is the mean utility, which the paper does not print. n: seeds × test episodes."
+        f"U is the mean utility, which the paper does not print. {shares}n: seeds × test episodes."
     )

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -11,7 +9,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from lawn_sb3.report.results import Results
-from lawn_sb3.report.style import MOST_PANELS_A_ROW, colours, legend_below, title_of, use_house_style
+from lawn_sb3.report.style import colours, grid_shape, legend_below, title_of, use_house_style
 from lawn_sb3.report.trajectories import (
     BORDER_COLOUR,
     FIRST_SLOTS,
@@ -39,9 +37,8 @@ def in_space(results: Results) -> Figure:
     """
     use_house_style()
     game, episode = results.recipe.game(), longest_episode(results)
-    palette, count = colours(results.recipe.methods), len(episode.flights)
-    rows = math.ceil(count / MOST_PANELS_A_ROW)
-    columns = math.ceil(count / rows)
+    palette = colours(results.recipe.methods)
+    rows, columns = grid_shape(len(episode.flights))
     # The layout does not see the labels of a 3D panel: leave them room.
     layout = ConstrainedLayoutEngine(wspace=0.08, rect=(0.0, 0.0, 0.97, 1.0))
     figure = Figure(figsize=(0.6 + 2.6 * columns, 0.2 + 2.5 * rows), layout=layout)

@@ -32,9 +32,10 @@ def planned(cell: Cell, player: str) -> Cell:
 
 
 def test_nobody_regrets_an_equilibrium() -> None:
-    rows = regrets(fly(EquilibriumPlayer(), PAPER, 20, 3, traced=20), PAPER, 3)
+    flights = fly(EquilibriumPlayer(), PAPER, 20, 3, traced=20)
+    rows = regrets(flights, PAPER, 3)
     np.testing.assert_allclose(rows["best_mbps"], rows["utility_mbps"], atol=1e-9)
-    assert summarize_regrets(rows)["equilibria_percent"] == 100.0
+    assert summarize_regrets(rows, flights.rows)["equilibria_percent"] == 100.0
 
 
 def test_a_failed_mission_is_regretted_by_all_that_could_have_been_had() -> None:
@@ -62,18 +63,20 @@ def test_a_uav_alone_regrets_what_its_path_lacks_to_the_best_one() -> None:
 def test_means_and_gaps_of_three_episodes_worked_out_by_hand() -> None:
     rows = pd.DataFrame(
         {
-            "episode": [0, 0, 1, 1, 2, 2],
-            "uav": [0, 1] * 3,
-            "utility_mbps": [10.0, 20.0, 30.0, 30.0, 5.0, 40.0],
-            "best_mbps": [13.0, 20.0, 30.0, 30.0, 11.0, 39.0],
+            "episode": [0, 0, 1, 1, 2, 2, 3, 3],
+            "uav": [0, 1] * 4,
+            "utility_mbps": [10.0, 20.0, 30.0, 30.0, 5.0, 40.0, 20.0, 20.0],
+            "best_mbps": [13.0, 20.0, 30.0, 30.0, 11.0, 39.0, 20.0, 20.0],
         }
     )
-    # Regrets 3, 0 | 0, 0 | 6, 0: the last UAV collided and had more than it could without. Largest: 3, 0, 6.
-    assert summarize_regrets(rows) == {
-        "regret_mbps": 1.5,
-        "nash_gap_mbps": 3.0,
+    # Regrets 3, 0 | 0, 0 | 6, 0 | 0, 0: UAV 1 of episode 2 collided and had more than it could without. Largest: 3, 0,
+    # 6, 0. Nobody could gain in episodes 1 and 3, but in the latter the UAVs collide.
+    flown = rows.assign(collisions=[0, 0, 0, 0, 0, 1, 1, 1])
+    assert summarize_regrets(rows, flown) == {
+        "regret_mbps": 9.0 / 8.0,
+        "nash_gap_mbps": 9.0 / 4.0,
         "largest_regret_mbps": 6.0,
-        "equilibria_percent": pytest.approx(100.0 / 3.0),
+        "equilibria_percent": 25.0,
     }
 
 
@@ -100,9 +103,10 @@ def test_a_damaged_file_is_made_anew(small_cell: Cell) -> None:
     add_regrets([cell], QUIET)
     path: Path = cell.directory / REGRET_FILE
     whole = path.read_bytes()
-    path.write_bytes(whole[: len(whole) // 2])
-    add_regrets([cell], QUIET)
-    assert path.read_bytes() == whole
+    for damaged in (whole[: len(whole) // 2], whole.replace(b"\n0,1,", b"\n0,1,9", 1), b""):
+        path.write_bytes(damaged)
+        add_regrets([cell], QUIET)
+        assert path.read_bytes() == whole
 
 
 def test_a_run_made_anew_has_no_regrets_of_the_old_one(small_cell: Cell) -> None:

@@ -1,4 +1,4 @@
-"""Runs small enough to be made in a test: a player without training and a short MAPPO, two seeds each."""
+"""Runs small enough to be made in a test: players without training and a short MAPPO, two seeds each."""
 
 from __future__ import annotations
 
@@ -6,9 +6,11 @@ import shutil
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
+from lawn_sb3.experiment.regret import add_regrets
 
 RECIPE = """
 title: A small comparison
@@ -25,15 +27,24 @@ methods:
     num_games: 2
     settings: {n_steps: 32, batch_size: 64, n_epochs: 1}
 """
+PLANNED = f"""{RECIPE}
+  equilibrium: {{label: Equilibrium, player: equilibrium}}
+  bound: {{label: Bound, player: bound}}
+regret: true
+"""
+"""The same with two planners and with regrets, its runs in the same folder."""
 
 
 @pytest.fixture(scope="session")
 def finished_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A recipe with all its runs."""
+    """Both recipes with all their runs."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "small.yaml").write_text(RECIPE, encoding="utf-8")
-    for cell in cells(load_recipe(folder / "small.yaml"), folder / "small"):
+    (folder / "planned.yaml").write_text(PLANNED, encoding="utf-8")
+    todo = cells(load_recipe(folder / "planned.yaml"), folder / "small")
+    for cell in todo:
         run_cell(cell, lambda env_steps: None)
+    add_regrets(todo, Console(quiet=True))
     return folder
 
 
@@ -53,3 +64,15 @@ def recipe(runs: Path) -> Recipe:
 def small_cells(runs: Path, recipe: Recipe) -> list[Cell]:
     """Its cells."""
     return cells(recipe, runs / "small")
+
+
+@pytest.fixture
+def planned(runs: Path) -> Recipe:
+    """The recipe with planners."""
+    return load_recipe(runs / "planned.yaml")
+
+
+@pytest.fixture
+def planned_cells(runs: Path, planned: Recipe) -> list[Cell]:
+    """Its cells."""
+    return cells(planned, runs / "small")

@@ -41,6 +41,11 @@ def learner(label: str, policy: str | None = None, algo: str = "mappo", paper_ro
     return Method.model_validate(values)
 
 
+def player(name: str) -> Method:
+    """A player without training, labelled with its name."""
+    return Method(label=name.capitalize(), player=name)
+
+
 def recipe_with(methods: Mapping[str, Method], **changes: object) -> Recipe:
     """A recipe of these methods on the paper's game."""
     return Recipe.model_validate({"name": "handmade", "seeds": [0, 1], "methods": dict(methods), **changes})
@@ -53,6 +58,14 @@ def flown(method: str, seed: int, num_uavs: int = 1, **columns: list[Any]) -> pd
     rows.insert(0, "uav", [k % num_uavs for k in range(count)])
     rows.insert(0, "episode", [k // num_uavs for k in range(count)])
     assert set(rows) == set(COLUMNS)
+    rows.insert(0, "seed", seed)
+    rows.insert(0, "method", method)
+    return rows
+
+
+def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float]) -> pd.DataFrame:
+    """Regrets of one evaluation: what the UAVs had, and what their best responses would have given."""
+    rows = had[["episode", "uav", "utility_mbps"]].assign(best_mbps=best_mbps, best_slots=1)
     rows.insert(0, "seed", seed)
     rows.insert(0, "method", method)
     return rows

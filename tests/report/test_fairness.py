@@ -14,10 +14,12 @@ from tests.report.handmade import flown, recipe_of, results_of
 def test_indices_are_means_over_episodes_by_hand() -> None:
     # Episode 0: utilities 10, 30: Jain 40^2 / (2 * 1000) = 0.8; Gini 2 * 20 / (2 * 2 * 40) = 0.25; the worst has 10.
     # Episode 1: 20, 20: Jain 1, Gini 0, worst 20. Episode 2: nobody arrives: Jain 1, Gini 0, worst 0.
+    # Nash welfare: sqrt(10 * 30), 20, and 0.
     rows = flown("a", 0, 2, utility_mbps=[10.0, 30.0, 20.0, 20.0, 0.0, 0.0])
     numbers = fairness(results_of(recipe_of(2, ("a",), episodes=3), rows)).numbers.iloc[0]
     assert numbers["jain"] == pytest.approx((0.8 + 1 + 1) / 3)
     assert numbers["gini"] == pytest.approx(0.25 / 3)
+    assert numbers["nash_welfare_mbps"] == pytest.approx((300**0.5 + 20) / 3)
     assert numbers["worst_mbps"] == pytest.approx(10.0)
     assert numbers["utility_mbps"] == pytest.approx(80 / 6)
     assert numbers["nobody_percent"] == pytest.approx(100 / 3)

@@ -136,3 +136,12 @@ def test_equal_results_give_equal_bytes(results: Results, tmp_path: Path) -> Non
         save(low_utilities(results), tmp_path, name)
     for suffix in ("png", "pdf"):
         assert (tmp_path / f"first.{suffix}").read_bytes() == (tmp_path / f"second.{suffix}").read_bytes()
+
+
+def test_panels_of_many_methods_stand_below_each_other_so_that_points_stay_apart() -> None:
+    for count, rows in ((8, 1), (9, 2)):
+        keys = tuple(f"m{k}" for k in range(count))
+        made = results_of(recipe_of(1, keys), *(flown(key, 0, utility_mbps=[10.0]) for key in keys))
+        figure = low_utilities(made)
+        assert figure.axes[0].get_gridspec().nrows == rows  # type: ignore[union-attr]
+        assert len({ax.get_ylabel() for ax in figure.axes}) == 3 - rows  # a panel of its own has an axis of its own

@@ -11,6 +11,7 @@ import pytest
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.report.document import page as page_of
 from lawn_sb3.report.document import write_report
 from lawn_sb3.report.figures import smoothed
 from lawn_sb3.report.page import SECTIONS, build_report
@@ -20,10 +21,11 @@ from lawn_sb3.report.style import colours
 COMMAND = "lawn-sb3 report runs/small.yaml"
 TABLES = {
     "table1", "table2", "comparison", "claims_headlines", "claims_summary", "claims", "first_crossing",
-    "nearest_to_paper", "fairness", "low_utility_by_load", "low_utility_by_delay", "sampling",
+    "nearest_to_paper", "fairness", "low_utility_by_load", "low_utility_by_delay", "sampling", "anarchy", "regret",
 }  # fmt: skip
 FIGURES = {
     "fig2_convergence", "fig3_utility_cdf", "cell_loads", "low_utilities", "trajectories", "trajectories_3d",
+    "regret_cdf", "fairness_tradeoff",
 }  # fmt: skip
 FILES = {
     "README.md",
@@ -40,8 +42,8 @@ def reported(recipe: Recipe, runs: list[Cell], folder: Path) -> str:
     return (folder / "README.md").read_text(encoding="utf-8")
 
 
-def test_a_report_has_its_tables_figures_and_page(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
-    page = reported(recipe, small_cells, tmp_path / "report")
+def test_a_report_has_its_tables_figures_and_page(planned: Recipe, planned_cells: list[Cell], tmp_path: Path) -> None:
+    page = reported(planned, planned_cells, tmp_path / "report")
     assert {path.name for path in (tmp_path / "report").iterdir()} == FILES
     assert "Not in this report" not in page
     assert "(-3.57)" in page  # the paper's J of Random, Table II
@@ -53,24 +55,26 @@ def test_a_report_has_its_tables_figures_and_page(recipe: Recipe, small_cells: l
 
 
 def test_every_table_and_figure_is_on_the_page_with_the_command_that_made_it(
-    recipe: Recipe, small_cells: list[Cell], tmp_path: Path
+    planned: Recipe, planned_cells: list[Cell], tmp_path: Path
 ) -> None:
     assert {name for names in SECTIONS.values() for name in names} == TABLES | FIGURES
-    page = reported(recipe, small_cells, tmp_path / "report")
+    page = reported(planned, planned_cells, tmp_path / "report")
     assert page.count(f"Made by `{COMMAND}`.") == len(TABLES | FIGURES)
     for name in FIGURES:
         assert f"({name}.png)" in page
 
 
-def test_equal_runs_give_equal_bytes(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
+def test_equal_runs_give_equal_bytes(planned: Recipe, planned_cells: list[Cell], tmp_path: Path) -> None:
     for name in ("first", "second"):
-        reported(recipe, small_cells, tmp_path / name)
+        reported(planned, planned_cells, tmp_path / name)
     for name in FILES:
         assert (tmp_path / "first" / name).read_bytes() == (tmp_path / "second" / name).read_bytes(), name
 
 
-def test_the_json_file_holds_every_table_and_is_valid(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
-    reported(recipe, small_cells, tmp_path / "report")
+def test_the_json_file_holds_every_table_and_is_valid(
+    planned: Recipe, planned_cells: list[Cell], tmp_path: Path
+) -> None:
+    reported(planned, planned_cells, tmp_path / "report")
 
     def refuse(name: str) -> None:
         raise ValueError(f"{name} is no JSON")
@@ -126,6 +130,29 @@ def test_players_that_do_not_learn_make_a_report_of_their_own(
     page = reported(alone, [cell for cell in small_cells if cell.key == "random"], tmp_path / "report")
     assert "fig3_utility_cdf.png" in page
     assert "first_crossing" not in {path.stem for path in (tmp_path / "report").iterdir()}
+
+
+def test_what_needs_regrets_or_uavs_that_meet_is_left_out_without_them(
+    recipe: Recipe, small_cells: list[Cell], planned: Recipe, planned_cells: list[Cell]
+) -> None:
+    report, _ = build_report(recipe, small_cells, COMMAND)
+    assert TABLES - report.tables.keys() == {"anarchy", "regret"}
+    assert FIGURES - report.figures.keys() == {"regret_cdf"}
+    assert "How far from the optimum" not in page_of(report)
+    alone = planned.model_copy(update={"methods": {"bound": planned.methods["bound"]}})
+    report, _ = build_report(alone, [cell for cell in planned_cells if cell.key == "bound"], COMMAND)
+    assert "table2" in report.tables
+    assert report.figures.keys() == {"fig2_convergence", "fig3_utility_cdf"}
+    assert not {"fairness", "comparison", "low_utility_by_load"} & report.tables.keys()
+
+
+def test_the_bound_is_in_no_table_or_figure_of_uavs_that_meet(planned: Recipe, planned_cells: list[Cell]) -> None:
+    report, _ = build_report(planned, planned_cells, COMMAND)
+    assert "Bound" in set(report.tables["table2"].shown["Method"])
+    for name in ("comparison", "fairness", "low_utility_by_load", "low_utility_by_delay", "regret"):
+        assert "Bound" not in set(report.tables[name].shown["Method"])
+    for name in ("cell_loads", "trajectories", "trajectories_3d"):
+        assert len(report.figures[name][0].axes) == 3  # random, mappo, equilibrium
 
 
 def test_without_any_run_there_is_no_report(recipe: Recipe, tmp_path: Path) -> None:

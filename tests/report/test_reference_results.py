@@ -31,7 +31,10 @@ def test_every_run_is_whole_and_of_the_recipe_as_it_is(report: Report) -> None:
     assert len(report.recipe.seeds) == 5
 
 
-@pytest.mark.parametrize("name", ["table1", "table2", "comparison", "claims", "fairness", "sampling", "first_crossing"])
+@pytest.mark.parametrize(
+    "name",
+    ["table1", "table2", "comparison", "claims", "fairness", "sampling", "first_crossing", "anarchy", "regret"],
+)
 def test_the_kept_tables_are_those_that_this_code_makes(report: Report, name: str) -> None:
     assert report.tables[name].as_markdown() + "\n" == (REFERENCE / "report" / f"{name}.md").read_text(encoding="utf-8")
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.report.results import Results, read_results
-from tests.report.handmade import flown, recipe_of, results_of
+from tests.report.handmade import flown, player, recipe_of, recipe_with, results_of
 
 
 def test_scores_are_means_over_the_uavs_by_seed_and_episode() -> None:
@@ -50,3 +51,14 @@ def test_the_extent_says_how_many_seeds_the_methods_have() -> None:
     assert both.extent(both.episodes) == "1 test episodes of each of 2 seeds"
     uneven = results_of(recipe, one, two, flown("b", 0, 1, reward=[1.0]))
     assert uneven.extent(uneven.episodes) == "1 test episodes of each of 1 to 2 seeds"
+
+
+def test_the_bound_can_be_left_out_and_the_rest_stays() -> None:
+    recipe = recipe_with({"mine": player("bound"), "random": player("random")})
+    slots = pd.DataFrame({"method": ["random", "mine"], "seed": [0, 0], "slot": [1, 1]})
+    both = results_of(recipe, flown("mine", 0), flown("random", 0), slots=slots)
+    rest = both.without_bound()
+    assert list(rest.methods) == list(rest.methods_in(rest.slots)) == ["random"]
+    assert rest.recipe is recipe  # colours are dealt out by the recipe
+    assert list(both.methods) == list(both.methods_in(both.slots)) == ["mine", "random"]
+    assert results_of(recipe, flown("mine", 0)).without_bound().methods == {}

@@ -18,6 +18,7 @@ from lawn_sb3.report.run_files import (
     read_evaluation,
     read_paths,
     read_progress,
+    read_regrets,
     read_sampled,
     read_slots,
 )
@@ -28,6 +29,7 @@ TABLES = {
     "slots.csv": "slots",
     "paths.csv": "paths",
     "progress.csv": "curves",
+    "regret.csv": "regrets",
 }
 """File: the table that it becomes a part of."""
 
@@ -86,12 +88,12 @@ def runs_in(table: pd.DataFrame) -> set[tuple[str, int]]:
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
 @pytest.mark.parametrize("name", TABLES)
 def test_a_damaged_file_is_named_and_all_the_rest_stays(
-    recipe: Recipe, small_cells: list[Cell], damaged: Cell, name: str, damage: Callable[[Path], None]
+    planned: Recipe, planned_cells: list[Cell], damaged: Cell, name: str, damage: Callable[[Path], None]
 ) -> None:
-    before = read_results(recipe, small_cells)
+    before = read_results(planned, planned_cells)
     assert before.problems == []
     damage(damaged.directory / name)
-    after = read_results(recipe, small_cells)
+    after = read_results(planned, planned_cells)
     (problem,) = after.problems
     assert problem.startswith(f"mappo seed 1: {name} {DAMAGES[damage]}")
     for table in TABLES.values():
@@ -216,6 +218,34 @@ def test_sampled_play_must_have_flown_the_same_missions(damaged: Cell) -> None:
         read_sampled(damaged, other)
 
 
+def test_regrets_are_asked_for_by_the_recipe_and_never_of_the_bound(
+    recipe: Recipe, small_cells: list[Cell], planned: Recipe, planned_cells: list[Cell]
+) -> None:
+    assert runs_in(read_results(planned, planned_cells).regrets) == {
+        (key, seed) for key in ("random", "mappo", "equilibrium") for seed in (0, 1)
+    }
+    for cell in small_cells:
+        (cell.directory / "regret.csv").unlink()
+    without = read_results(recipe, small_cells)
+    assert without.problems == []
+    assert len(without.regrets) == 0
+
+
+def test_regrets_must_be_of_the_same_utilities(damaged: Cell) -> None:
+    evaluation, path = read_evaluation(damaged), damaged.directory / "regret.csv"
+    rows = pd.read_csv(path).astype({"utility_mbps": float})
+    assert (rows["utility_mbps"] == evaluation["utility_mbps"]).all()
+    rows.loc[5, "utility_mbps"] = evaluation["utility_mbps"][5] + 1e-7  # rounding of the ninth digit
+    rows.iloc[::-1].to_csv(path, index=False)
+    assert read_regrets(damaged, evaluation)["uav"].tolist() == evaluation["uav"].tolist()  # whatever their order
+    rows.loc[5, "utility_mbps"] = 99.5
+    rows.to_csv(path, index=False)
+    had = f"{evaluation['utility_mbps'][5]:g}"
+    expected = f"regret.csv: UAV 1 of episode 1 had 99.5 Mbps: must be {had} as in evaluation.csv"
+    with pytest.raises(UserError, match=expected):
+        read_regrets(damaged, evaluation)
+
+
 def test_a_curve_must_reach_the_training_budget(damaged: Cell) -> None:
     # 2 games of 32 slots a rollout, and a record after each: 64, 128 and 192 of 192 env steps.
     path = damaged.directory / "progress.csv"
@@ -241,4 +271,4 @@ def test_results_without_any_run_are_empty(recipe: Recipe) -> None:
     results = read_results(recipe, [])
     assert isinstance(results, Results)
     assert results.methods == {}
-    assert len(results.slots) == len(results.paths) == len(results.sampled) == 0
+    assert len(results.slots) == len(results.paths) == len(results.sampled) == len(results.regrets) == 0

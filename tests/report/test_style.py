@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from lawn_sb3.report.style import KNOWN, colours, panels, title_of
+from lawn_sb3.report.style import KNOWN, LINES, colours, grid_shape, line_of, markers, panels, title_of
 from lawn_sb3.report.trajectories import UAV_COLOURS
 
 
@@ -21,6 +21,14 @@ def test_all_methods_of_a_large_recipe_differ_in_colour() -> None:
     assert len(set(colours([*KNOWN, "mine"]).values())) == len(KNOWN) + 1
 
 
+def test_planners_are_told_apart_by_line_and_marker_too() -> None:
+    assert {line_of(key) for key in KNOWN if key not in LINES} == {"-"}
+    assert len({*LINES.values(), "-"}) == len(LINES) + 1
+    looks = markers(KNOWN)
+    assert len(set(looks.values())) == len(KNOWN)
+    assert markers([*KNOWN, "mine"]).items() >= looks.items()
+
+
 def test_no_uav_has_the_colour_of_a_method() -> None:
     # Euclidean distance in RGB, from 0 to sqrt(3); the two blues of MAPPO are 0.43 apart.
     methods = colours([*KNOWN, "mine"]).values()
@@ -31,11 +39,23 @@ def test_no_uav_has_the_colour_of_a_method() -> None:
 
 
 @pytest.mark.parametrize(
-    ("count", "shape"), [(1, (1, 1)), (2, (1, 2)), (4, (1, 4)), (5, (2, 3)), (6, (2, 3)), (7, (2, 4)), (9, (3, 3))]
+    ("count", "shape"),
+    [
+        (1, (1, 1)),
+        (2, (1, 2)),
+        (4, (1, 4)),
+        (5, (2, 3)),
+        (6, (2, 3)),
+        (7, (2, 4)),
+        (9, (3, 3)),
+        (12, (3, 4)),
+        (13, (3, 5)),
+    ],
 )
 def test_panels_are_laid_out_in_even_rows(count: int, shape: tuple[int, int]) -> None:
     figure = Figure()
     axes = panels(figure, count, 2.0, 2.0, "slot", "UAVs")
+    assert grid_shape(count) == shape
     assert len(axes) == len(figure.axes) == count
     grid = axes[0].get_gridspec()
     assert (grid.nrows, grid.ncols) == shape

@@ -6,7 +6,7 @@ import numpy as np
 
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.table_two import table_two
-from tests.report.handmade import flown, learner, recipe_with, results_of
+from tests.report.handmade import flown, learner, player, recipe_with, results_of
 
 RECIPE = recipe_with(
     {
@@ -50,3 +50,28 @@ def test_labels_are_shown_as_they_are_written() -> None:
     table = table_two(results_of(RECIPE, flown("mappo", 0)))
     assert "A\\|B & V_x" in table.as_markdown()
     assert "A|B \\& V\\_x" in table.as_latex()
+
+
+def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> None:
+    # One mission: the bound has 40 Mbps, straight flight 20, MAPPO 30 with seed 0 and 10 with seed 1. The best known is
+    # 30, so straight flight has 20/40 to 20/30, and MAPPO on average as much.
+    recipe = recipe_with({"bound": player("bound"), "shortest-path": player("shortest-path"), "mappo": learner("Mine")})
+    rows = [
+        flown("shortest-path", 0, utility_mbps=[20.0]),
+        flown("mappo", 0, utility_mbps=[30.0]),
+        flown("mappo", 1, utility_mbps=[10.0]),
+    ]
+    table = table_two(results_of(recipe, flown("bound", 0, utility_mbps=[40.0]), *rows))
+    assert table.shown["Share (%)"].tolist() == ["–", "50.0–66.7", "50.0–66.7"]
+    numbers = table.numbers.set_index("key")
+    assert numbers.loc["mappo", ["share_low_percent", "share_low_percent_low", "share_low_percent_high"]].tolist() == [
+        50.0,
+        25.0,  # seed 1 alone
+        75.0,
+    ]
+    assert np.isnan(numbers.loc["bound", "share_low_percent"])
+    assert "between 30.0 Mbps" in table.caption
+    assert "and 40.0 Mbps" in table.caption
+    without = table_two(results_of(recipe, *rows))
+    assert "Share (%)" not in without.shown
+    assert "Share" not in without.caption
