@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.planning.flight import ANY_SLACK
 from lawn_sb3.planning.plan import Plan
 from lawn_sb3.planning.plan_player import PlanPlayer
 from lawn_sb3.planning.routes import routes_alone
@@ -25,11 +28,17 @@ class BestRoutePlayer(PlanPlayer):
 
 
 class BoundPlayer(BestRoutePlayer):
-    """The same routes, each UAV really alone in the network: an upper bound on the welfare of every joint trajectory.
+    """The same over all flight times, each UAV alone in the network: an upper bound on every joint trajectory.
 
-    A rate never rises with the load, so no UAV can have more among others than the best it can have alone. Nobody can
-    fly this bound; the evaluation gives every UAV a game of its own.
+    A rate never rises with the load, so no UAV can have more among others than the best it can have alone, and the
+    welfare of no joint trajectory exceeds the sum. Nobody can fly this bound; the evaluation gives every UAV a game of
+    its own.
+
+    :param on_game: called after each game that has been planned
     """
 
     name = "bound"
     flies_alone = True
+
+    def __init__(self, on_game: Callable[[], None] | None = None) -> None:
+        super().__init__(ANY_SLACK, on_game)

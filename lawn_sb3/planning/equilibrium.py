@@ -40,7 +40,7 @@ class SearchPlayer(PlanPlayer):
         :raises UserError: naming the UAV that cannot be at its destination in time
         """
         self.searches = 0
-        """Searches made, one for each start of each game."""
+        """Searches made in all games."""
         self.cycles = 0
         """Searches that came back to an earlier joint plan instead of a fixed point."""
         self.unsettled = 0
@@ -78,7 +78,8 @@ class SearchPlayer(PlanPlayer):
 class EquilibriumPlayer(SearchPlayer):
     """A Nash equilibrium of trajectories: of those that iterated best response finds, the one with most welfare.
 
-    Nothing guarantees that there is one, nor that it is found; what the searches ended in is counted.
+    Nothing guarantees that there is one, nor that it is found; what the searches ended in is counted. Deviations are
+    looked for up to the slack: regrets, which look at all flight times, tell whether longer ones would gain.
     """
 
     name = "equilibrium"
@@ -95,9 +96,18 @@ class WorstEquilibriumPlayer(EquilibriumPlayer):
 class WelfarePlayer(SearchPlayer):
     """Coordinate ascent on the welfare (eq:welfare): every UAV responds for the sum of all utilities.
 
-    It ends where no single trajectory can be changed for the better; the best of all starts is a lower bound on the
-    largest welfare.
+    It climbs from each start, and from where selfish responses lead from there, so that it never ends below an
+    equilibrium that :class:`EquilibriumPlayer` finds from the same starts. It ends where no single trajectory can be
+    changed for the better; the best of all ends is a lower bound on the largest welfare. Every UAV arrives: that the
+    others may have more if one never does is not made use of.
     """
 
     name = "welfare"
     aim = "welfare"
+
+    def _first_plans(self, simulator: Simulator, game: int) -> Iterator[Plan]:
+        for plan in super()._first_plans(simulator, game):
+            selfish = Plan(plan.voxels.copy(), plan.slots.copy())
+            settle(simulator.rules, simulator.state, game, selfish, "utility", self.slack)
+            yield plan
+            yield selfish

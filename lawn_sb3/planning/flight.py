@@ -23,6 +23,8 @@ Ints = NDArray[np.int64]
 
 DEFAULT_SLACK = 5
 """Slots beyond T_i^min that a flight may take."""
+ANY_SLACK = 1_000_000
+"""A slack that leaves no flight out: the most slots that a scenario's deadline may have."""
 
 
 class Surroundings(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a UAV can have whatever the others do: an upper bound on how bad an equilibrium can be."""
+"""What a UAV can have whatever loads the others make: a bound on how bad an equilibrium can be."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from lawn_sb3.planning.plan import nobody
 def guaranteed_utilities_mbps(rules: Rules, state: State, slack: int) -> NDArray[np.float64]:
     """The utility of every UAV's best flight if all others were always in its own cell.
 
-    Rates never rise with the load, so the same flight gives no less whatever the others do; in an equilibrium, where
-    everybody has a best response, nobody has less. Collisions are left out: the others must not be able to block it.
+    Rates never rise with the load, so the same flight gives no less whatever the others do. In an equilibrium everybody
+    has a best response, so nobody has less, unless the others are in its way: a best response avoids collisions first.
 
     :param rules: the game's constants
     :param state: the state of all games
