@@ -46,6 +46,13 @@ def test_the_environment_example_runs(capsys: pytest.CaptureFixture[str]) -> Non
     assert "flying" in capsys.readouterr().out
 
 
+def test_the_planner_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    example = next(block for block in BLOCKS if "PlanPlayer" in block)
+    exec(compile(example, "README.md", "exec"), {})
+    first, second = (float(text) for text in re.findall(r"mean U (\d+\.\d) Mbps", capsys.readouterr().out))
+    assert 30.0 < first < second < 55.0
+
+
 def test_every_make_target_and_command_it_names_exists() -> None:
     makefile = (REPOSITORY / "Makefile").read_text(encoding="utf-8")
     for target in re.findall(r"make ([a-z]+)\b", README):
