@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
-from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures
+from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
 from lawn_sb3.experiment.plans import plan_figures
 from lawn_sb3.experiment.registry import PLANNERS
 from lawn_sb3.scenario import load_scenario
@@ -54,3 +54,7 @@ def plan(
     except KeyboardInterrupt:
         fail("interrupted: nothing is kept of an unfinished plan", 130)
     print_figures(figures, as_json, f"{player} on {game.title}, {episodes} episodes")
+    if "equilibrium" in player and figures.get("equilibria_percent", 100.0) < 100.0:
+        say(
+            "not all episodes are equilibria: searches without a fixed point, or flights longer than --slack would gain"
+        )

@@ -70,5 +70,6 @@ def plan_figures(
         rows = regrets(flights, scenario, seed, lambda: advance("regrets", episodes))
         figures |= summarize_regrets(rows, flights.rows)
     if isinstance(player, SearchPlayer):
-        figures |= {"searches": player.searches, "cycles": player.cycles, "unsettled_episodes": player.unsettled}
+        figures |= {"searches": player.searches, "cycles": player.cycles, "cut_searches": player.cut}
+        figures["unsettled_episodes"] = player.unsettled
     return figures

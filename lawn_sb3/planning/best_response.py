@@ -17,14 +17,19 @@ Aim = Literal["utility", "welfare"]
 GAIN = 1e-9
 """Share of the peak rate below which a gain counts as rounding, and nobody changes its trajectory for it."""
 
+MOST_ROUNDS = 200
+"""Rounds of responses after which a search gives up; four UAVs take two or three."""
+
 
 class Settled(NamedTuple):
     """Where letting the UAVs respond in turn has led."""
 
     rounds: int
-    """Rounds until nobody changed its trajectory, or until the joint plan came back."""
-    period: int
-    """0 for a fixed point; otherwise the rounds after which the joint plans repeat."""
+    """Rounds played."""
+    is_fixed: bool
+    """Whether nobody changed its trajectory in the last round."""
+    period: int = 0
+    """Rounds after which the joint plans repeat, where an earlier one came back."""
 
 
 @njit
@@ -99,8 +104,10 @@ def respond_in_turn(rules: Rules, state: State, game: int, plan: Plan, for_welfa
     return changed
 
 
-def settle(rules: Rules, state: State, game: int, plan: Plan, aim: Aim, slack: int) -> Settled:
-    """Let the UAVs respond in turn until nobody changes, or until a joint plan comes back.
+def settle(
+    rules: Rules, state: State, game: int, plan: Plan, aim: Aim, slack: int, most_rounds: int = MOST_ROUNDS
+) -> Settled:
+    """Let the UAVs respond in turn until nobody changes, until a joint plan comes back, or for so many rounds.
 
     For the welfare every change raises the sum that all look at, so there is always an end; for the own utilities there
     need not be one. Joint plans are finitely many, so without a fixed point one of them must come back.
@@ -111,15 +118,15 @@ def settle(rules: Rules, state: State, game: int, plan: Plan, aim: Aim, slack: i
     :param plan: the joint plan to begin with; written
     :param aim: what every UAV responds for
     :param slack: slots beyond T_i^min that a flight may take
+    :param most_rounds: when to give up
     :return: how it ended
     """
     seen: dict[bytes, int] = {}
-    rounds = 0
-    while True:
+    for rounds in range(most_rounds):
         key = plan.voxels.tobytes() + plan.slots.tobytes()
         if key in seen:
-            return Settled(rounds, rounds - seen[key])
+            return Settled(rounds, False, rounds - seen[key])
         seen[key] = rounds
-        rounds += 1
         if respond_in_turn(rules, state, game, plan, aim == "welfare", slack) == 0:
-            return Settled(rounds, 0)
+            return Settled(rounds + 1, True)
+    return Settled(most_rounds, False)

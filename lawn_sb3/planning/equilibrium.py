@@ -43,8 +43,10 @@ class SearchPlayer(PlanPlayer):
         """Searches made in all games."""
         self.cycles = 0
         """Searches that came back to an earlier joint plan instead of a fixed point."""
+        self.cut = 0
+        """Searches that did neither within ``MOST_ROUNDS`` rounds."""
         self.unsettled = 0
-        """Games in which every search did; they fly the last joint plan of the best search."""
+        """Games without any fixed point found; they fly the last joint plan of the best search."""
         super().start(simulator, rng)
 
     def plan(self, simulator: Simulator, game: int) -> Plan:
@@ -61,11 +63,11 @@ class SearchPlayer(PlanPlayer):
         for plan in self._first_plans(simulator, game):
             settled = settle(rules, state, game, plan, self.aim, self.slack)
             worth_mbps = plan_worth_mbps(rules, state, game, plan, 0, True)
-            found.append((settled.period == 0, -worth_mbps if self.keeps_worst else worth_mbps, plan))
-        fixed = sum(is_fixed for is_fixed, _, _ in found)
-        self.searches += len(found)
-        self.cycles += len(found) - fixed
-        self.unsettled += fixed == 0
+            found.append((settled.is_fixed, -worth_mbps if self.keeps_worst else worth_mbps, plan))
+            self.searches += 1
+            self.cycles += settled.period > 0
+            self.cut += not settled.is_fixed and settled.period == 0
+        self.unsettled += not any(is_fixed for is_fixed, _, _ in found)
         return max(found, key=lambda one: one[:2])[2]
 
     def _first_plans(self, simulator: Simulator, game: int) -> Iterator[Plan]:

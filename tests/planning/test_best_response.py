@@ -148,7 +148,7 @@ def test_where_nobody_changes_no_flight_of_anybody_gains_anything(aim: Aim, situ
     simulator, old, _, slack = situation
     plan = copied(old)
     settled = settle(situation.rules, situation.state, 0, plan, aim, slack)
-    assume(settled.period == 0)
+    assume(settled.is_fixed)
     flown = fly_plan(simulator, plan)
     for uav in np.flatnonzero(situation.state.flying[0]):
         best = best_of_all(Situation(simulator, plan, int(uav), slack), aim == "welfare")
@@ -163,4 +163,4 @@ def test_where_nobody_changes_no_flight_of_anybody_gains_anything(aim: Aim, situ
 @given(situation=situations())
 @settings(max_examples=80, deadline=None)
 def test_the_welfare_always_settles(situation: Situation) -> None:
-    assert settle(situation.rules, situation.state, 0, copied(situation.plan), "welfare", situation.slack).period == 0
+    assert settle(situation.rules, situation.state, 0, copied(situation.plan), "welfare", situation.slack).is_fixed

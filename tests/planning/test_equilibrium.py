@@ -141,7 +141,7 @@ def test_fixed_points_come_before_the_rest_and_then_the_welfare_decides(monkeypa
     for circling, best, worst in (((), 2, 1), ((2,), 3, 1), ((1, 2), 3, 3), ((1, 2, 3), 2, 1)):
         periods = [slots in circling for slots in (1, 2, 3)]
         for player, chosen in ((EquilibriumPlayer(), best), (WorstEquilibriumPlayer(), worst)):
-            settled = iter(Settled(1, int(period)) for period in periods)
+            settled = iter(Settled(1, not period, int(period)) for period in periods)
             monkeypatch.setattr(equilibrium, "settle", lambda *_, settled=settled: next(settled))
             monkeypatch.setattr(player, "_first_plans", lambda *_: iter(starts))
             assert played(player, simulator, seed=0).slots.tolist() == [chosen, chosen]
@@ -234,12 +234,23 @@ def test_a_circle_is_seen_when_a_joint_plan_comes_back() -> None:
     simulator = waiting_game()
     plan = joint_wait(simulator, 2, 2)
     settled = settle(simulator.rules, simulator.state, 0, plan, "utility", DEFAULT_SLACK)
-    assert settled.period == 3
+    assert (settled.is_fixed, settled.period) == (False, 3)
     # Another period later the same joint plan is there again.
     later = Plan(plan.voxels.copy(), plan.slots.copy())
     rounds = itertools.islice(responses(simulator, later), 2 * settled.period)
     assert [slots for slots, _ in rounds][-1] == tuple(plan.slots.tolist())
     np.testing.assert_array_equal(later.voxels, plan.voxels)
+
+
+def test_a_search_gives_up_after_so_many_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    simulator = waiting_game()
+    plan = joint_wait(simulator, 2, 2)
+    cut = settle(simulator.rules, simulator.state, 0, plan, "utility", DEFAULT_SLACK, most_rounds=2)
+    assert cut == Settled(2, False, 0)  # the circle closes after three
+    monkeypatch.setattr("lawn_sb3.planning.equilibrium.settle", lambda *_: cut)
+    player = EquilibriumPlayer(starts=4)
+    played(player, simulator, seed=0)
+    assert (player.searches, player.cycles, player.cut, player.unsettled) == (4, 0, 4, 1)
 
 
 @pytest.mark.parametrize("player_type", [EquilibriumPlayer, WorstEquilibriumPlayer])
