@@ -142,6 +142,7 @@ def test_kept_weights_are_verified_too(lawn: Command) -> None:
     lawn("export", "runs/tiny.yaml")
     assert lawn("verify", "runs/reference/tiny/mappo/seed-0").status == 0
     assert "model was not kept" in lawn("verify", "runs/reference/tiny/mappo/seed-1").err
+    assert lawn("verify", "runs/reference/tiny/random/seed-1").status == 0  # there is no model to be kept
 
 
 @pytest.mark.usefixtures("folder")

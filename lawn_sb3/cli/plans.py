@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
-from lawn_sb3.experiment.plans import plan_figures
+from lawn_sb3.experiment.cell import write_rows
+from lawn_sb3.experiment.plans import Advance, plan_episodes
 from lawn_sb3.experiment.registry import PLANNERS
+from lawn_sb3.experiment.reproduce import QUIET_SECONDS
+from lawn_sb3.planning.flight import ANY_SLACK
 from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()
@@ -23,12 +30,19 @@ def plan(
     episodes: Annotated[int, typer.Option(min=1, help="joint episodes")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
     slack: Annotated[
-        int | None, typer.Option(min=0, help="slots beyond T_min that a flight may take; default: forecast 0, others 5")
+        int | None,
+        typer.Option(min=0, max=ANY_SLACK, help="slots beyond T_min a flight may take; default: forecast 0, others 5"),
     ] = None,
     starts: Annotated[
         int | None, typer.Option(min=1, help="starts of the search for equilibria and welfare; default: 16")
     ] = None,
     regret: Annotated[bool, typer.Option(help="also work out what each UAV could gain by deviating alone")] = True,
+    rows_file: Annotated[
+        Path | None, typer.Option("--rows", help="also write the raw rows, one an episode and UAV, with best responses")
+    ] = None,
+    paths_file: Annotated[
+        Path | None, typer.Option("--paths", help="also write where every UAV was in every slot, in voxels")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Let a planner that knows the game fly some joint episodes and print the means: rates in Mbps, times in slots.
@@ -39,22 +53,40 @@ def plan(
     game = load_scenario(scenario, changes)
     settings: dict[str, Any] = {"slack": slack, "starts": starts}
     given = {key: value for key, value in settings.items() if value is not None}
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("games, left:")
-    bars = Progress(*columns, TimeRemainingColumn(), console=messages, disable=not messages.is_terminal)
-    tasks: dict[str, TaskID] = {}
-
-    def advance(what: str, total: int) -> None:
-        if what not in tasks:
-            tasks[what] = bars.add_task(what, total=total)
-        bars.advance(tasks[what])
-
     try:
-        with bars:
-            figures = plan_figures(player, game, episodes, seed, advance, regret, **given)
+        with _progress() as advance:
+            figures, flights = plan_episodes(player, game, episodes, seed, advance, regret, **given)
     except KeyboardInterrupt:
         fail("interrupted: nothing is kept of an unfinished plan", 130)
+    for path, rows in ((rows_file, flights.rows), (paths_file, flights.paths)):
+        if path is not None:
+            write_rows(path, rows)
     print_figures(figures, as_json, f"{player} on {game.title}, {episodes} episodes")
     if "equilibrium" in player and figures.get("equilibria_percent", 100.0) < 100.0:
         say(
             "not all episodes are equilibria: searches without a fixed point, or flights longer than --slack would gain"
         )
+
+
+@contextmanager
+def _progress() -> Iterator[Advance]:
+    """A bar for each thing that is done, game by game; where no bar can be drawn, a line now and then."""
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("games, left:")
+    bars = Progress(*columns, TimeRemainingColumn(), console=messages, disable=not messages.is_terminal)
+    tasks: dict[str, TaskID] = {}
+    last_line = began = time.monotonic()
+
+    def advance(what: str, total: int) -> None:
+        nonlocal last_line, began
+        if what not in tasks:
+            tasks[what] = bars.add_task(what, total=total)
+            began = time.monotonic()
+        bars.advance(tasks[what])
+        if bars.disable and time.monotonic() - last_line > QUIET_SECONDS:
+            last_line = time.monotonic()
+            done = int(bars.tasks[tasks[what]].completed)
+            left = (last_line - began) * (total - done) / max(done - 1, 1)  # it began as the first game was done
+            say(f"{what}: {done} of {total} games, about {left / 60:.0f} min left")
+
+    with bars:
+        yield advance

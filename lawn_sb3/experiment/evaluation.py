@@ -14,6 +14,7 @@ from lawn_sb3.game.kernel import Outcome
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.planning.plan import check_in_time
 from lawn_sb3.scenario import Scenario
 
 COLUMNS = (
@@ -71,11 +72,14 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
     :param player_seed: seed of the player's own randomness
     :param traced: the number of episodes whose paths are kept
     :return: raw rows as :func:`evaluate` gives them, slots and paths
-    :raises UserError: if ``episodes`` is below 1
+    :raises UserError: if ``episodes`` is below 1, or a player that plans cannot be in time
     """
     if episodes < 1:
         raise UserError(f"episodes = {episodes}: at least 1 episode")
-    simulator = evaluation_games(scenario, episodes, seed, alone=flies_alone(player))
+    simulator = evaluation_games(scenario, episodes, seed)
+    if flies_alone(player):
+        check_in_time(simulator.rules, simulator.state)  # here, where the indices are those of the episode's UAVs
+        simulator = evaluation_games(scenario, episodes, seed, alone=True)
     player.start(simulator, np.random.default_rng([seed, player_seed]))
     shape = (episodes, scenario.num_uavs)
     reward, rate, gained, load = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)

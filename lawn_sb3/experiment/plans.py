@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.evaluation import evaluate, flies_alone, fly, summarize
+from lawn_sb3.experiment.evaluation import Flights, evaluate, evaluation_games, flies_alone, fly, summarize
 from lawn_sb3.experiment.registry import PLANNERS
 from lawn_sb3.experiment.regret import regrets, summarize_regrets
 from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.planning import BoundPlayer
 from lawn_sb3.planning.equilibrium import SearchPlayer
+from lawn_sb3.planning.plan import check_in_time
 from lawn_sb3.scenario import Scenario
 
 Advance = Callable[[str, int], None]
@@ -31,14 +32,25 @@ def make_planner(name: str, **settings: Any) -> Player:
     if name not in PLANNERS:
         raise unknown_name("planner", name, PLANNERS)
     known = inspect.signature(PLANNERS[name]).parameters
-    for key in settings.keys() - known.keys() - {"on_game"}:
-        raise UserError(f"planner {name!r} has no {key}: it takes {', '.join(known.keys() - {'on_game'}) or 'none'}")
+    for key in settings:
+        if key not in known and key != "on_game":
+            taken = ", ".join(setting for setting in known if setting != "on_game")
+            raise UserError(f"planner {name!r} has no {key}: it takes {taken or 'none'}")
     return PLANNERS[name](**{key: value for key, value in settings.items() if key in known})
 
 
-def plan_figures(
+class Planned(NamedTuple):
+    """What came of a planner."""
+
+    figures: dict[str, Any]
+    """Means by name, the unit in the name."""
+    flights: Flights
+    """All of its episodes, paths included."""
+
+
+def plan_episodes(
     name: str, scenario: Scenario, episodes: int, seed: int, advance: Advance, with_regret: bool = True, **settings: Any
-) -> dict[str, Any]:
+) -> Planned:
     """Let a planner plan and fly some episodes.
 
     :param name: its name, such as ``equilibrium``
@@ -48,16 +60,17 @@ def plan_figures(
     :param advance: called after each game
     :param with_regret: also work out what each UAV could gain by deviating alone
     :param settings: what to change: ``slack``, ``starts``
-    :return: figures by name, the unit in the name
+    :return: figures and flights; with regrets, the rows have the columns ``best_mbps`` and ``best_slots`` too
     :raises UserError: if there is no such planner or setting, or a mission cannot be flown in time
     """
     player = make_planner(name, on_game=lambda: advance("planning", episodes), **settings)
-    alone = flies_alone(player)
-    flights = fly(player, scenario, episodes, seed, traced=episodes if with_regret and not alone else 0)
+    games = evaluation_games(scenario, episodes, seed)
+    check_in_time(games.rules, games.state)
+    flights = fly(player, scenario, episodes, seed, traced=episodes)
     figures: dict[str, Any] = {"method": name, "scenario": scenario.title, "episodes": episodes, "seed": seed}
     figures |= summarize(flights.rows)
-    if alone:
-        return figures
+    if flies_alone(player):
+        return Planned(figures, flights)
     bound = BoundPlayer(on_game=lambda: advance("the bound", episodes * scenario.num_uavs))
     figures["bound_mbps"] = summarize(evaluate(bound, scenario, episodes, seed))["utility_mbps"]
     figures["share_of_bound_percent"] = 100.0 * figures["utility_mbps"] / figures["bound_mbps"]
@@ -67,9 +80,10 @@ def plan_figures(
     figures["nash_welfare_mbps"] = float(nash_welfare(utilities).mean())
     figures["worst_uav_mbps"] = float(utilities.min(axis=1).mean())
     if with_regret:
-        rows = regrets(flights, scenario, seed, lambda: advance("regrets", episodes))
-        figures |= summarize_regrets(rows, flights.rows)
+        found = regrets(flights, scenario, seed, lambda: advance("regrets", episodes))
+        figures |= summarize_regrets(found, flights.rows)
+        flights = flights._replace(rows=flights.rows.assign(**found[["best_mbps", "best_slots"]]))
     if isinstance(player, SearchPlayer):
-        figures |= {"searches": player.searches, "cycles": player.cycles, "cut_searches": player.cut}
-        figures["unsettled_episodes"] = player.unsettled
-    return figures
+        figures |= {"searches": player.searches, "longest_search_rounds": player.longest_rounds}
+        figures |= {"cycles": player.cycles, "cut_searches": player.cut, "unsettled_episodes": player.unsettled}
+    return Planned(figures, flights)

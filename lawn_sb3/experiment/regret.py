@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pandas as pd
 import torch as th
+from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
@@ -50,9 +51,21 @@ def _are_kept(cell: Cell) -> bool:
     try:
         rows, flown = (pd.read_csv(cell.directory / name) for name in (REGRET_FILE, FLIGHT_FILES[0]))
         same = (rows[list(COLUMNS[:3])].to_numpy() == flown[list(COLUMNS[:3])].to_numpy()).all()
-        return tuple(rows.columns) == COLUMNS and bool(same) and bool(np.isfinite(rows.to_numpy(float)).all())
+        finite = np.isfinite(rows.to_numpy(float)).all()
+        return tuple(rows.columns) == COLUMNS and bool(same and finite and not is_too_low(rows, flown).any())
     except (OSError, ValueError, KeyError, AttributeError):  # missing, or damaged
         return False
+
+
+def is_too_low(rows: pd.DataFrame, flown: pd.DataFrame) -> NDArray[np.bool_]:
+    """Where a best response is worth less than the flight itself, although that did not collide: it cannot be.
+
+    :param rows: what :func:`regrets` returned
+    :param flown: the evaluation's rows, in the same order
+    :return: one truth value a row
+    """
+    lower = rows["best_mbps"].to_numpy() < flown["utility_mbps"].to_numpy() - EQUILIBRIUM_MBPS
+    return np.asarray(lower & (flown["collisions"].to_numpy() == 0))
 
 
 def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:
@@ -69,7 +82,7 @@ def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[
     shape = (rows["episode"].nunique(), scenario.num_uavs)
     simulator = evaluation_games(scenario, shape[0], seed)
     slots = np.array(rows["slots"], dtype=np.int64).reshape(shape)
-    voxels = _trajectories(flights, scenario)
+    voxels = trajectories(flights, scenario)
     best_mbps, best_slots = np.zeros(shape), np.zeros(shape, dtype=np.int64)
     for game in range(shape[0]):
         plan = Plan(voxels[game], slots[game])
@@ -80,8 +93,13 @@ def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[
     return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
 
 
-def _trajectories(flights: Flights, scenario: Scenario) -> np.ndarray:
-    """Voxels of all UAVs from slot to slot [E, N, T_max + 1, 3]; who is done stays in the last one."""
+def trajectories(flights: Flights, scenario: Scenario) -> np.ndarray:
+    """Where all UAVs were in every slot.
+
+    :param flights: an evaluation with all of its episodes traced
+    :param scenario: the game
+    :return: voxels from slot to slot [E, N, T_max + 1, 3]; who is done stays in the last one
+    """
     paths = flights.paths
     num_games = flights.rows["episode"].nunique()
     voxels = np.zeros((num_games, scenario.num_uavs, scenario.max_slots + 1, 3), dtype=np.int64)

@@ -58,5 +58,6 @@ def verify_run(directory: Path) -> Verification:
         raise UserError(f"{str(path)!r} has other rows or columns than an evaluation of this run")
     reward = float(pd.to_numeric(pd.read_csv(path)["reward"], errors="coerce").mean())
     differ = sum(one != other for one, other in zip(left, flown, strict=True))
-    rounded = not (directory / "model.zip").exists() and are_rounded(directory / WEIGHTS_FILE)
+    kept_weights = cell.method.algo is not None and not (directory / "model.zip").exists()
+    rounded = kept_weights and are_rounded(directory / WEIGHTS_FILE)
     return Verification(len(again), differ, reward, float(again["reward"].mean()), rounded)

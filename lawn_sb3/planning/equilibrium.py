@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.planning.best_response import Aim, plan_worth_mbps, settle
+from lawn_sb3.planning.best_response import Aim, settle
 from lawn_sb3.planning.flight import DEFAULT_SLACK
-from lawn_sb3.planning.plan import Plan
+from lawn_sb3.planning.plan import Plan, planned_collisions, planned_utilities_mbps
 from lawn_sb3.planning.plan_player import PlanPlayer
 from lawn_sb3.planning.routes import routes_alone, straight_routes
 
@@ -41,6 +41,8 @@ class SearchPlayer(PlanPlayer):
         """
         self.searches = 0
         """Searches made in all games."""
+        self.longest_rounds = 0
+        """Rounds that the longest search took."""
         self.cycles = 0
         """Searches that came back to an earlier joint plan instead of a fixed point."""
         self.cut = 0
@@ -59,16 +61,19 @@ class SearchPlayer(PlanPlayer):
         :raises UserError: naming the UAV that cannot be at its destination in time
         """
         rules, state = simulator.rules, simulator.state
-        found: list[tuple[bool, float, Plan]] = []
+        found: list[tuple[bool, int, float, Plan]] = []
         for plan in self._first_plans(simulator, game):
             settled = settle(rules, state, game, plan, self.aim, self.slack)
-            worth_mbps = plan_worth_mbps(rules, state, game, plan, 0, True)
-            found.append((settled.is_fixed, -worth_mbps if self.keeps_worst else worth_mbps, plan))
+            collisions = int(planned_collisions(rules, plan).sum())
+            welfare_mbps = float(planned_utilities_mbps(rules, state, game, plan).sum())
+            wanted = -welfare_mbps if self.keeps_worst else welfare_mbps
+            found.append((settled.is_fixed, -collisions, wanted, plan))
             self.searches += 1
+            self.longest_rounds = max(self.longest_rounds, settled.rounds)
             self.cycles += settled.period > 0
             self.cut += not settled.is_fixed and settled.period == 0
-        self.unsettled += not any(is_fixed for is_fixed, _, _ in found)
-        return max(found, key=lambda one: one[:2])[2]
+        self.unsettled += not any(one[0] for one in found)
+        return max(found, key=lambda one: one[:3])[3]
 
     def _first_plans(self, simulator: Simulator, game: int) -> Iterator[Plan]:
         rules, state = simulator.rules, simulator.state

@@ -9,7 +9,7 @@ from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.kernel import Rules, State, voxel_of
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning.flight import best_flight, longest_flight
-from lawn_sb3.planning.plan import empty_plan, nobody
+from lawn_sb3.planning.plan import check_in_time, nobody
 
 
 class ForecastPlayer:
@@ -34,8 +34,7 @@ class ForecastPlayer:
         :param rng: not needed
         :raises UserError: naming the UAV that cannot be at its destination in time
         """
-        for game in range(len(simulator.state.flying)):
-            empty_plan(simulator.rules, simulator.state, game, self.slack)
+        check_in_time(simulator.rules, simulator.state)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
         """Plan anew, and take the first moves.

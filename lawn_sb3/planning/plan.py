@@ -54,6 +54,17 @@ def empty_plan(rules: Rules, state: State, game: int, slack: int) -> Plan:
     return Plan(voxels, np.zeros(num_uavs, dtype=np.int64))
 
 
+def check_in_time(rules: Rules, state: State) -> None:
+    """Refuse missions that cannot be flown, before hours of planning.
+
+    :param rules: the game's constants
+    :param state: the state of all games
+    :raises UserError: naming the first UAV that cannot be at its destination in time
+    """
+    for game in range(len(state.flying)):
+        empty_plan(rules, state, game, 0)
+
+
 @njit
 def is_there(rules: Rules, plan: Plan, uav: int, s: int) -> bool:
     """Whether a UAV takes RBs and room in a slot: it flies, or stays where its mission ended.

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from lawn_sb3.game.kernel import State
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning.flight import DEFAULT_SLACK
-from lawn_sb3.planning.plan import Plan, empty_plan
+from lawn_sb3.planning.plan import Plan, check_in_time
 
 
 class _Course(NamedTuple):
@@ -55,8 +55,7 @@ class PlanPlayer(ABC):
         """
         self._rng = rng
         state, rules = simulator.state, simulator.rules
-        for game in range(len(state.flying)):
-            empty_plan(rules, state, game, 0)  # refuses before hours of planning
+        check_in_time(rules, state)
         span = 2 * rules.max_voxel_steps + 1
         self._index = np.zeros((span, span, span), dtype=np.int64)
         self._index[tuple((rules.actions + rules.max_voxel_steps).T)] = np.arange(len(rules.actions))

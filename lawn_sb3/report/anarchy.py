@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -95,18 +95,23 @@ def anarchy(results: Results) -> Table | None:
         "The best equilibrium found": ((best, best_eq), (bound, best_eq)),
         "Price of stability: the best equilibrium there is": ((best_eq, best_eq), (bound, best_eq)),
     }
-    numbers = []
+    numbers: list[dict[str, Any]] = []
     for name, sides in ratios.items():
-        row: dict[str, object] = {"welfare": name}
+        row: dict[str, Any] = {"welfare": name}
         for side, (largest, equilibrium) in zip(("at_least", "at_most"), sides, strict=True):
-            row[side] = largest.mean() / equilibrium.mean()
-            row[f"{side}_one_mission"] = (largest / equilibrium).max()
+            with np.errstate(divide="ignore"):  # with more UAVs than RBs in a cell nothing is guaranteed
+                row[side] = float(np.divide(largest.mean(), equilibrium.mean()))
+                row[f"{side}_one_mission"] = float(np.divide(largest, equilibrium).max())
         numbers.append({**row, "missions": len(bound)})
     shown = pd.DataFrame({"Largest welfare over that of": list(ratios)})
     for side, heading in {"": "Mean over missions", "_one_mission": "Mission with the most"}.items():
-        shown[heading] = [f"{row[f'at_least{side}']:.3f} to {row[f'at_most{side}']:.3f}" for row in numbers]
+        shown[heading] = [_bracket(row[f"at_least{side}"], row[f"at_most{side}"]) for row in numbers]
     shown["n"] = str(len(bound))
     return Table(pd.DataFrame(numbers), shown, caption(found))
+
+
+def _bracket(low: float, high: float) -> str:
+    return f"{low:.3f} to {high:.3f}" if np.isfinite(high) else f"{low:.3f} or more"
 
 
 def caption(found: Certified) -> str:
@@ -121,7 +126,8 @@ def caption(found: Certified) -> str:
         "ratio is a bracket. The largest welfare lies between the best that any method here has flown and that of the "
         "UAVs if each were alone in the network. The worst equilibrium there is lies between the worst that was found "
         "and what is guaranteed: in an equilibrium every UAV has at least what its best flight gives if all others "
-        "are in its own cell all the time, provided they do not block that flight by collisions. Taken for granted: "
+        "are in its own cell all the time, provided they do not block that flight by collisions; with more UAVs than "
+        "RBs that is nothing. Taken for granted: "
         "every UAV chooses one whole trajectory in advance, not at random, knows those of all others, wants its own "
         "utility alone, may take up to T_max slots, and collides with nobody. Mean over missions: ratio of the means; "
         "mission with the most: the largest ratio of a single one. Equilibria: the regrets certify "

@@ -10,6 +10,7 @@ from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, SAMPLED_FILE
 from lawn_sb3.experiment.evaluation import COLUMNS, PATH_COLUMNS
 from lawn_sb3.experiment.recipe import Cell, Evaluation
 from lawn_sb3.experiment.regret import COLUMNS as REGRET_COLUMNS
+from lawn_sb3.experiment.regret import is_too_low
 from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.report.csv_file import Allowed, checked_values, read_table, read_text_columns
 from lawn_sb3.scenario import Scenario
@@ -150,6 +151,13 @@ def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
         raise UserError(
             f"{REGRET_FILE}: UAV {row['uav']:g} of episode {row['episode']:g} had {row['utility_mbps']:g} Mbps: "
             f"must be {expected:g} as in {EVALUATION_FILE}"
+        )
+    low = is_too_low(rows, evaluation)
+    if low.any():
+        row = rows.iloc[int(low.argmax())]
+        raise UserError(
+            f"{REGRET_FILE}: UAV {row['uav']:g} of episode {row['episode']:g} had {row['utility_mbps']:g} Mbps without "
+            f"a collision: its best response cannot be worth {row['best_mbps']:g}"
         )
     return rows
 

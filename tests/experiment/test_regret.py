@@ -8,13 +8,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from numpy.typing import NDArray
 from rich.console import Console
 
 from lawn_sb3.experiment.cell import REGRET_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluation_games, fly
 from lawn_sb3.experiment.recipe import Cell, Method
-from lawn_sb3.experiment.regret import add_regrets, has_regrets, regrets, summarize_regrets
+from lawn_sb3.experiment.regret import add_regrets, has_regrets, regrets, summarize_regrets, trajectories
+from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.player import RandomPlayer
+from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import EquilibriumPlayer, ShortestPathPlayer
 from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
 from lawn_sb3.scenario import PRESETS
@@ -60,6 +63,56 @@ def test_a_uav_alone_regrets_what_its_path_lacks_to_the_best_one() -> None:
     assert (rows["best_mbps"] >= rows["utility_mbps"] - 1e-9).all()
 
 
+class WaitingPlayer:
+    """UAV 0 flies straight; UAV 1 waits for eleven slots first."""
+
+    name = "waiting"
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Nothing to prepare."""
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Compare all moves; action 0 hovers."""
+        state = simulator.state
+        ends = state.position[:, :, None] + simulator.rules.actions
+        straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)
+        waits = (np.arange(2) == 1) & (state.slot < 11)
+        return np.where(waits, 0, straight)
+
+
+@pytest.mark.parametrize("arrived", ["leaves", "stays"])
+def test_the_best_response_may_be_to_wait_for_the_other_to_leave(arrived: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    # One RB for 2 x 2 voxels that are all as near to the only GBS: two UAVs get nothing, one alone gets r. UAV 0 flies
+    # from (0, 0) to (1, 0) in the first slot, UAV 1 from (0, 1) to (1, 1) in the twelfth. If UAV 1 leaves then, UAV 0
+    # should have arrived after T slots with rate r in the last T - 12: with beta = 1/2 it has
+    # r (1 - 2^(12 - T)) / (1 - 2^-T) / T, which is highest for T = 16. If it stays, nothing helps.
+    scenario = PAPER.changed(
+        num_uavs=2, width_voxels=2, length_voxels=2, max_altitude_m=10, gbs_grid=[1, 1], rbs_per_gbs=1, ema_beta=0.5,
+        max_slots=30, max_voxel_steps=1, arrived_uav=arrived,
+    )  # fmt: skip
+    missions = Missions(np.array([[[0, 0, 0], [0, 1, 0]]]), np.array([[[1, 0, 0], [1, 1, 0]]]))
+    monkeypatch.setattr("lawn_sb3.experiment.evaluation.draw_missions", lambda *_: missions)
+    flights = fly(WaitingPlayer(), scenario, 1, 0, traced=1)
+    assert flights.rows["slots"].tolist() == [1, 12]
+    first = regrets(flights, scenario, 0).iloc[0]
+    rate_mbps = float(evaluation_games(scenario, 1, 0).rules.rb_rate_mbps[0, 0, 0])
+    if arrived == "leaves":
+        assert first["best_slots"] == 16
+        assert first["best_mbps"] == pytest.approx(rate_mbps * (1 - 2**-4) / (1 - 2**-16) / 16)
+    else:
+        assert first["best_mbps"] == 0.0
+
+
+def test_trajectories_end_where_the_uavs_are_done() -> None:
+    flights = fly(ShortestPathPlayer(), PAPER, 5, 3, traced=5)
+    voxels = trajectories(flights, PAPER)
+    state = evaluation_games(PAPER, 5, 3).state
+    assert voxels.shape == (5, 4, PAPER.max_slots + 1, 3)
+    np.testing.assert_array_equal(voxels[:, :, 0], state.position)
+    for slot in range(int(flights.rows["slots"].max()), PAPER.max_slots + 1):
+        np.testing.assert_array_equal(voxels[:, :, slot], state.destination)
+
+
 def test_means_and_gaps_of_three_episodes_worked_out_by_hand() -> None:
     rows = pd.DataFrame(
         {
@@ -103,7 +156,13 @@ def test_a_damaged_file_is_made_anew(small_cell: Cell) -> None:
     add_regrets([cell], QUIET)
     path: Path = cell.directory / REGRET_FILE
     whole = path.read_bytes()
-    for damaged in (whole[: len(whole) // 2], whole.replace(b"\n0,1,", b"\n0,1,9", 1), b""):
+    rows = pd.read_csv(path).assign(best_mbps=0.5)
+    for damaged in (
+        whole[: len(whole) // 2],
+        whole.replace(b"\n0,1,", b"\n0,1,9", 1),
+        b"",
+        rows.to_csv(index=False).encode(),
+    ):
         path.write_bytes(damaged)
         add_regrets([cell], QUIET)
         assert path.read_bytes() == whole

@@ -295,6 +295,25 @@ def test_the_bound_is_what_uavs_have_that_really_fly_alone(scenario: Scenario, s
     np.testing.assert_allclose(had_mbps, alone_mbps(scenario, missions), rtol=1e-9)
 
 
+def test_the_bound_waits_where_waiting_pays_for_however_long_it_does() -> None:
+    # A corridor of ten slots, with a GBS between its last two voxels; all others are too far off to carry anything. In
+    # T slots a UAV has the full rate r in T - 8 of them, the last: U = r (1 - 0.95^(T - 8)) / (1 - 0.95^T) 10 / T,
+    # which is 0.3748 r for T = 15, 0.3757 r for T = 16 and 0.3738 r for T = 17.
+    scenario = PAPER.changed(
+        num_uavs=1, width_voxels=11, length_voxels=1, max_altitude_m=10, max_voxel_steps=1, ema_beta=0.05,
+        gbs_positions_m=[(100.0, 5.0, 0.0)], path_loss_exponent=10, tx_power_dbm=-60,
+    )  # fmt: skip
+    simulator, player = Simulator(scenario, continuation="episode"), BoundPlayer()
+    simulator.reset(missions=Missions(np.array([[0, 0, 0]]), np.array([[10, 0, 0]])))
+    player.start(simulator, np.random.default_rng(0))
+    had_mbps = 0.0
+    while simulator.state.flying.any():
+        had_mbps += float(simulator.step(player.act(simulator)).utility_mbps[0, 0])
+    assert simulator.state.slot[0, 0] == 16
+    full_mbps = 10 * float(simulator.rules.rb_rate_mbps[10, 0, 0])
+    assert had_mbps == pytest.approx(full_mbps * (1 - 0.95**8) / (1 - 0.95**16) * 10 / 16, rel=0.01)
+
+
 def test_two_uavs_of_the_corridor_have_10_mbps_each_alone_and_less_together() -> None:
     # Alone a UAV gets 10 Mbps in every slot, so U = 10 without any detour. Flying straight, UAV 0 through voxels 1 and
     # 2, UAV 1 through 2 and 3: slot 1 finds them in cells 0 and 1, 10 Mbps each, slot 2 both in cell 1, 4 Mbps each.

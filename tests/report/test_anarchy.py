@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -53,6 +55,15 @@ def test_brackets_by_hand(results: Results) -> None:
     assert table.shown.iloc[0].tolist()[1:] == ["1.273 to 4.000", "1.500 to 5.000", "2"]
     assert "certify 3 of the 4 results" in table.caption
     assert "0 of 2 missions have none" in table.caption
+
+
+def test_with_nothing_guaranteed_there_is_no_upper_side(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "guaranteed_welfares_mbps", lambda results: np.zeros(2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        table = anarchy(results)
+    assert table is not None
+    assert table.shown.iloc[0].tolist()[1:] == ["1.273 or more", "1.500 or more", "2"]
 
 
 def test_missions_without_a_certified_equilibrium_are_left_out_and_counted(results: Results) -> None:

@@ -246,6 +246,18 @@ def test_regrets_must_be_of_the_same_utilities(damaged: Cell) -> None:
         read_regrets(damaged, evaluation)
 
 
+def test_a_best_response_is_worth_no_less_than_a_flight_without_collision(damaged: Cell) -> None:
+    evaluation, path = read_evaluation(damaged), damaged.directory / "regret.csv"
+    evaluation = evaluation.assign(utility_mbps=20.0, collisions=0)
+    rows = pd.read_csv(path).assign(utility_mbps=20.0, best_mbps=21.0)
+    rows.loc[5, "best_mbps"] = 0.5
+    rows.to_csv(path, index=False)
+    with pytest.raises(UserError, match=r"UAV 1 of episode 1 had 20 Mbps without a collision: .* cannot be worth 0\.5"):
+        read_regrets(damaged, evaluation)
+    evaluation.loc[5, "collisions"] = 1  # the best response avoids it
+    assert read_regrets(damaged, evaluation)["best_mbps"][5] == 0.5
+
+
 def test_a_curve_must_reach_the_training_budget(damaged: Cell) -> None:
     # 2 games of 32 slots a rollout, and a record after each: 64, 128 and 192 of 192 env steps.
     path = damaged.directory / "progress.csv"

@@ -27,6 +27,7 @@ ROLES: dict[str, dict[str, Any]] = {
     "straight": {"player": "shortest-path"},
     "alone": {"player": "best-route"},
     "welfare": {"player": "welfare"},
+    "equilibrium": {"player": "equilibrium"},
     "iql": {"algo": "iql", "policy": "local_q"},
     "qmix": {"algo": "qmix", "policy": "monotonic_mixer"},
     "mappo": {"algo": "mappo", "policy": "state_critic"},

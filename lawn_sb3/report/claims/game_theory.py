@@ -1,4 +1,4 @@
-"""Claims about the game itself: whether it is a congestion game with a potential, and whether welfare is maximised."""
+"""Claims about the game: whether it has a potential, and whether welfare is maximised and costs fairness."""
 
 from __future__ import annotations
 
@@ -8,9 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import evaluation_games
+from lawn_sb3.game.fairness import gini
 from lawn_sb3.planning.association import association_rates_mbps, cycle_gain, deviation_cycle, one_slot_game
 from lawn_sb3.report.claims.claim import CannotTellError, Evidence, Finding, Verdict
-from lawn_sb3.report.claims.comparisons import QUANTITIES, TINY, combine, difference, is_positive, join, scores
+from lawn_sb3.report.claims.comparisons import (
+    QUANTITIES,
+    TINY,
+    combine,
+    difference,
+    is_positive,
+    join,
+    scores,
+    seed_difference,
+)
+from lawn_sb3.report.claims.distributions import UTILITY
 
 
 def maximises_welfare(evidence: Evidence, of: list[str], planner: str) -> Finding:
@@ -34,6 +45,30 @@ def maximises_welfare(evidence: Evidence, of: list[str], planner: str) -> Findin
         combine([evidence.label(role) not in less for role in of]),
         "; ".join(figures),
         f"{why}; {join(less)} {'does' if len(less) == 1 else 'do'}." if less else f"{why}.",
+    )
+
+
+def costs_fairness(evidence: Evidence, planner: str, other: str) -> Finding:
+    """Whether joint flights for the welfare are less even than others: on average, and in any episode at all.
+
+    :param evidence: what the runs left
+    :param planner: the part that looks for welfare
+    :param other: the part that it is held against
+    :return: the finding
+    """
+    coefficients = [gini(evidence.results.scores(evidence.key(role), UTILITY, per="uav")) for role in (planner, other)]
+    own, others = coefficients  # [S, E] each
+    found = seed_difference(own.mean(axis=1), others.mean(axis=1))
+    same_seeds = min(len(own), len(others))
+    share = 100.0 * float((own[:same_seeds] > others[:same_seeds] + TINY).mean())
+    label, rival = evidence.label(planner), evidence.label(other)
+    return Finding(
+        combine([is_positive(found.low), share > 0.0]),
+        f"Gini coefficient of U within an episode: {label} {own.mean():.3f}, {rival} {others.mean():.3f}, difference "
+        f"{found.text(3)}; in {share:.0f} % of the episodes {label} is the less even one",
+        "The first half needs a higher Gini coefficient on average, with its whole interval; that fairness is not "
+        f"guaranteed needs episodes with a higher one. This is for {evidence.results.recipe.game().num_uavs} UAVs and "
+        f"{evidence.results.recipe.game().num_gbs} GBSs.",
     )
 
 

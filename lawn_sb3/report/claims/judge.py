@@ -39,6 +39,7 @@ TESTS: dict[str, Callable[..., Finding]] = {
         flights.ignores_state,
         flights.hovering_explains_rate,
         game_theory.maximises_welfare,
+        game_theory.costs_fairness,
         game_theory.has_potential,
     )
 }

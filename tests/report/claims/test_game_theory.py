@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from lawn_sb3.report.claims.claim import CannotTellError
-from lawn_sb3.report.claims.game_theory import has_potential, maximises_welfare
+from lawn_sb3.report.claims.claim import CannotTellError, Finding
+from lawn_sb3.report.claims.game_theory import costs_fairness, has_potential, maximises_welfare
 from tests.report.claims.by_hand import evidence, flown, recipe_of
 
 
@@ -30,6 +30,28 @@ def test_a_policy_that_earns_less_than_the_planner_does_not_maximise() -> None:
 def test_without_the_planner_nobody_can_tell() -> None:
     with pytest.raises(CannotTellError, match="player welfare"):
         maximises_welfare(evidence(flown("mappo", utility_mbps=[[1.0], [1.0]])), ["mappo"], "welfare")
+
+
+def test_fairness_is_judged_on_average_and_episode_by_episode() -> None:
+    # Two UAVs with x and y have the Gini coefficient |x - y| / 2(x + y): 0.25 for 10 and 30, 0 for 20 and 20.
+    even, uneven = [20.0, 20.0], [10.0, 30.0]
+    recipe = recipe_of(episodes=2)
+
+    def judged(welfare: list[float], equilibrium: list[float]) -> Finding:
+        flights = {"welfare": welfare, "equilibrium": equilibrium}
+        return costs_fairness(
+            evidence(*(flown(role, 2, utility_mbps=[own] * 2) for role, own in flights.items()), recipe=recipe),
+            "welfare",
+            "equilibrium",
+        )
+
+    assert judged(uneven + uneven, even + even).verdict == "reproduced"
+    assert judged(even + even, uneven + even).verdict == "not reproduced"
+    sometimes = judged(uneven + even, [8.0, 32.0, *even])  # 0.125 against 0.15 on average
+    assert sometimes.verdict == "not reproduced"
+    mixed = judged(uneven + even, [*even, 5.0, 35.0])  # 0.25 and 0 against 0 and 0.375
+    assert mixed.verdict == "partly"
+    assert "difference -0.062 [-0.062, -0.062]; in 50 % of the episodes WELFARE is the less even one" in mixed.figure
 
 
 def test_one_slot_has_a_potential_in_log_rates_but_not_in_rates() -> None:
