@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.registry import PLANNERS
@@ -30,6 +32,19 @@ def test_a_mission_that_cannot_be_flown_in_time_names_the_uav() -> None:
     assert "UAV" in line
     assert "cannot fly its mission" in line
     assert "left of T_max = 4" in line
+
+
+def test_rows_and_paths_are_written_where_asked(tmp_path: Path) -> None:
+    done = lawn(
+        "plan", "--player", "best-route", "--episodes", "5", "--rows", "rows.csv", "--paths", "paths.csv", cwd=tmp_path
+    )
+    assert done.returncode == 0
+    rows, paths = (pd.read_csv(tmp_path / f"{name}.csv") for name in ("rows", "paths"))
+    assert {"utility_mbps", "best_mbps", "best_slots"} <= set(rows.columns)
+    assert len(paths) == (rows["slots"] + 1).sum()
+    refused = lawn("plan", "--player", "best-route", "--rows", "nowhere/rows.csv", cwd=tmp_path)
+    assert refused.returncode == 2
+    assert refused.stderr == "lawn-sb3: 'nowhere/rows.csv' cannot be written: there is no folder 'nowhere'\n"
 
 
 def test_a_misspelt_planner_gets_a_suggestion() -> None:

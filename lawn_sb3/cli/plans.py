@@ -12,6 +12,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
+from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import write_rows
 from lawn_sb3.experiment.plans import Advance, plan_episodes
 from lawn_sb3.experiment.registry import PLANNERS
@@ -51,6 +52,9 @@ def plan(
     episode, regret (mean of a UAV; largest of an episode), and how the searches for equilibria ended.
     """
     game = load_scenario(scenario, changes)
+    for path in (rows_file, paths_file):
+        if path is not None and not path.absolute().parent.is_dir():  # before hours of planning
+            raise UserError(f"{str(path)!r} cannot be written: there is no folder {str(path.parent)!r}")
     settings: dict[str, Any] = {"slack": slack, "starts": starts}
     given = {key: value for key, value in settings.items() if value is not None}
     try:

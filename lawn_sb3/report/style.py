@@ -73,9 +73,12 @@ def markers(methods: Iterable[str]) -> dict[str, str]:
     """The marker of each method.
 
     :param methods: keys of all methods of a recipe, so that figures of some of them agree
-    :return: one marker each, in order
+    :return: known methods with their own marker, others with those that are left, in order
     """
-    return {key: MARKERS[k % len(MARKERS)] for k, key in enumerate(methods)}
+    methods, known = list(methods), dict(zip(KNOWN, MARKERS, strict=False))
+    free = [marker for marker in MARKERS if marker not in {known.get(key) for key in methods}]
+    others = [key for key in methods if key not in known]
+    return {key: known[key] if key in known else free[others.index(key) % len(free)] for key in methods}
 
 
 def use_house_style() -> None:

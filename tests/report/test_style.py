@@ -27,6 +27,9 @@ def test_planners_are_told_apart_by_line_and_marker_too() -> None:
     looks = markers(KNOWN)
     assert len(set(looks.values())) == len(KNOWN)
     assert markers([*KNOWN, "mine"]).items() >= looks.items()
+    some = markers(["mine", "welfare", "shortest-path"])  # a recipe with other methods
+    assert {key: some[key] for key in ("welfare", "shortest-path")}.items() <= looks.items()
+    assert some["mine"] not in (some["welfare"], some["shortest-path"])
 
 
 def test_no_uav_has_the_colour_of_a_method() -> None:
