@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import RESULT_FILES, SCALING_FILE, is_finished, run_cell
@@ -14,6 +15,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.reference import export_runs
+from lawn_sb3.experiment.regret import add_regrets
 from tests.experiment.test_cell import ignore
 
 
@@ -21,6 +23,7 @@ from tests.experiment.test_cell import ignore
 def finished(small_cell: Cell) -> list[Cell]:
     """Two seeds of one method; the second a copy of the first but for its marker."""
     run_cell(small_cell, ignore)
+    add_regrets([small_cell], Console(quiet=True))
     second = replace(small_cell, seed=4, directory=small_cell.directory.with_name("seed-4"))
     shutil.copytree(small_cell.directory, second.directory)
     (second.directory / "finished").write_text(second.fingerprint())
