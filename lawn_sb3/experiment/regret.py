@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.progress import track
 
+from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, is_finished, write_rows
 from lawn_sb3.experiment.evaluation import Flights, evaluation_games, flies_alone, fly
 from lawn_sb3.experiment.players import load_player
@@ -27,13 +28,20 @@ EQUILIBRIUM_MBPS = 1e-6
 def add_regrets(cells: Sequence[Cell], console: Console) -> None:
     """Fly the finished runs of a recipe again, and work out what each UAV could have gained; what is there is kept.
 
+    A run whose model is missing or damaged is named and left without.
+
     :param cells: the cells
     :param console: where progress goes
     """
     todo = [cell for cell in cells if is_finished(cell) and has_regrets(cell) and not _are_kept(cell)]
     th.set_num_threads(1)  # as in training: equal bytes everywhere
     for cell in track(todo, "working out regrets", console=console, disable=not todo):
-        player, chosen = load_player(cell, cell.evaluation.deterministic), cell.evaluation
+        chosen = cell.evaluation
+        try:
+            player = load_player(cell, chosen.deterministic)
+        except UserError as error:
+            console.print(f"no regrets of {cell.title}: {error}", markup=False, highlight=False, soft_wrap=True)
+            continue
         flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, traced=chosen.episodes)
         write_rows(cell.directory / REGRET_FILE, regrets(flights, cell.scenario, chosen.seed))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -148,6 +149,18 @@ def test_runs_get_their_regrets_once(small_cell: Cell, monkeypatch: pytest.Monke
     assert not unfinished.directory.exists()
     monkeypatch.setattr("lawn_sb3.experiment.regret.fly", None)  # flying again would fail
     add_regrets(cells, QUIET)
+
+
+def test_a_run_without_its_model_is_named_and_the_others_get_theirs(small_cell: Cell) -> None:
+    other, told = planned(small_cell, "shortest-path"), io.StringIO()
+    for cell in (small_cell, other):
+        run_cell(cell, ignore)
+    (small_cell.directory / "model.zip").unlink()
+    add_regrets([small_cell, other], Console(file=told))
+    assert f"no regrets of {small_cell.title}: " in told.getvalue()
+    assert "model.zip' is missing" in told.getvalue()
+    assert (other.directory / REGRET_FILE).exists()
+    assert not (small_cell.directory / REGRET_FILE).exists()
 
 
 def test_a_damaged_file_is_made_anew(small_cell: Cell) -> None:
