@@ -156,6 +156,17 @@ def voxel_of(voxels: Ints, game: int, uav: int) -> Voxel:
 
 
 @njit
+def bias_horizon(rules: Rules, slots: int) -> int:
+    """Slots T-bar that the bias of the EMA rate is corrected for (reading ``bias_horizon``).
+
+    :param rules: the game's constants
+    :param slots: slots flown
+    :return: these, or T_max
+    """
+    return rules.max_slots if rules.correct_to_deadline else slots
+
+
+@njit
 def count_loads(rules: Rules, state: State) -> None:
     """Cell loads n_b = |U_b| of all games.
 
@@ -266,9 +277,7 @@ def judge_uavs(rules: Rules, state: State, outcome: Outcome) -> None:
             before = ema_mbps[g, i]
             slot[g, i] += 1
             ema_mbps[g, i] = ema_rate(before, rate_mbps[g, i], beta)
-            corrected_mbps[g, i] = corrected_rate(
-                ema_mbps[g, i], beta, max_slots if rules.correct_to_deadline else slot[g, i]
-            )
+            corrected_mbps[g, i] = corrected_rate(ema_mbps[g, i], beta, bias_horizon(rules, slot[g, i]))
             there = voxel_of(position, g, i) == voxel_of(destination, g, i)
             late = slot[g, i] >= max_slots and not there
             worth = utility(corrected_mbps[g, i], least[g, i], slot[g, i]) if there else 0.0

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import Voxel, is_inside, min_slots, stop_at
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, ema_rate, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 
@@ -133,7 +133,7 @@ def best_flight(
     best = Flight(0, -np.inf, 0)
     for slots in range(shortest, longest + 1):
         total = flown + slots
-        horizon = rules.max_slots if rules.correct_to_deadline else total
+        horizon = bias_horizon(rules, total)
         # No EMA rate exceeds that of the peak rate in all slots, and nobody else gains by this UAV's being there.
         ceiling = 1.0 - (1.0 - beta) ** total
         if utility(corrected_rate(peak_mbps * ceiling, beta, horizon), least, total) <= best.worth_mbps:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, ema_rate, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 from lawn_sb3.planning.flight import Surroundings, longest_flight, slot_weight
@@ -97,6 +97,20 @@ def planned_loads(rules: Rules, plan: Plan, without: int) -> Ints:
 
 
 @njit
+def arrives(state: State, game: int, plan: Plan, uav: int) -> bool:
+    """Whether a UAV flies and ends at its destination.
+
+    :param state: the state of all games
+    :param game: index of the game
+    :param plan: the plan
+    :param uav: index of the UAV
+    :return: true if it does
+    """
+    slots = plan.slots[uav]
+    return bool(slots > 0 and voxel_of(plan.voxels, uav, slots) == voxel_of(state.destination, game, uav))
+
+
+@njit
 def planned_weight(rules: Rules, state: State, game: int, plan: Plan, uav: int, s: int) -> float:
     """What a UAV's rate in a slot counts in its utility (eq:utility).
 
@@ -108,12 +122,11 @@ def planned_weight(rules: Rules, state: State, game: int, plan: Plan, uav: int, 
     :param s: slot from now, in which it flies
     :return: weight, without unit; 0 if it does not arrive
     """
-    slots = plan.slots[uav]
-    if voxel_of(plan.voxels, uav, slots) != voxel_of(state.destination, game, uav):
+    if not arrives(state, game, plan, uav):
         return 0.0
+    slots = plan.slots[uav]
     flown = state.slot[game, uav] + slots
-    horizon = rules.max_slots if rules.correct_to_deadline else flown
-    return slot_weight(rules.ema_beta, slots - s, state.min_slots[game, uav], flown, horizon)
+    return slot_weight(rules.ema_beta, slots - s, state.min_slots[game, uav], flown, bias_horizon(rules, flown))
 
 
 @njit
@@ -129,9 +142,9 @@ def planned_utilities_mbps(rules: Rules, state: State, game: int, plan: Plan) ->
     loads = planned_loads(rules, plan, -1)
     utilities = np.zeros(len(plan.slots))
     for i in range(len(plan.slots)):
-        slots = plan.slots[i]
-        if slots == 0 or voxel_of(plan.voxels, i, slots) != voxel_of(state.destination, game, i):
+        if not arrives(state, game, plan, i):
             continue
+        slots = plan.slots[i]
         ema_mbps = state.ema_rate_mbps[game, i]
         for s in range(1, slots + 1):
             voxel = voxel_of(plan.voxels, i, s)
@@ -139,8 +152,7 @@ def planned_utilities_mbps(rules: Rules, state: State, game: int, plan: Plan) ->
             rate_mbps = achievable_rate_mbps(rb_share(rules.num_rbs[b], loads[s, b]), rules.rb_rate_mbps[voxel])
             ema_mbps = ema_rate(ema_mbps, rate_mbps, rules.ema_beta)
         flown = state.slot[game, i] + slots
-        horizon = rules.max_slots if rules.correct_to_deadline else flown
-        corrected_mbps = corrected_rate(ema_mbps, rules.ema_beta, horizon)
+        corrected_mbps = corrected_rate(ema_mbps, rules.ema_beta, bias_horizon(rules, flown))
         utilities[i] = utility(corrected_mbps, state.min_slots[game, i], flown)
     return utilities
 

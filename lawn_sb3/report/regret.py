@@ -126,7 +126,8 @@ def cdf_caption(results: Results) -> str:
     """
     return (
         "Share of the UAVs whose regret is at most the value on the axis, all test episodes and seeds; bands: range "
-        "over seeds. Where a curve begins at the left is the share of UAVs that have nothing to gain. "
+        "over seeds. Where a curve begins at the left is the share of UAVs that have nothing to gain: in equilibria "
+        "all of them, along the upper edge. "
         f"{panels_text(results, results.regrets)}The axis ends where {100 * SHOWN:g} % of the UAVs of each method lie "
         "below, the random player aside."
     )

@@ -86,10 +86,19 @@ def test_without_a_bound_or_equilibria_there_is_no_bracket(results: Results) -> 
     assert anarchy(results) is None
 
 
-def test_a_guarantee_is_the_share_of_the_rbs_that_is_left_of_the_best_flight_alone() -> None:
+WAITING = (
+    "width_voxels=11", "length_voxels=1", "max_altitude_m=10", "max_voxel_steps=1", "ema_beta=0.05",
+    "gbs_positions_m=[[100, 5, 0]]", "path_loss_exponent=10", "tx_power_dbm=-60",
+)  # fmt: skip
+"""A corridor that is served at its end alone, where it pays to wait."""
+
+
+@pytest.mark.parametrize("game", [(), WAITING])
+def test_a_guarantee_is_the_share_of_the_rbs_that_is_left_of_the_best_flight_alone(game: tuple[str, ...]) -> None:
     # 12 RBs among 3 UAVs leave each 4, a third: every rate is a third of that alone, and so is every utility.
-    recipe = recipe_of(3, ("a",), episodes=5).model_copy(update={"set": ("num_uavs=3", "rbs_per_gbs=12")})
+    recipe = recipe_of(3, ("a",), episodes=5).model_copy(update={"set": ("num_uavs=3", "rbs_per_gbs=12", *game)})
     alone = evaluate(BoundPlayer(), recipe.game(), 5, recipe.evaluation.seed)
+    assert ((alone["slots"] > alone["min_slots"] + 5).any()) == bool(game)
     expected = alone.groupby("episode")["utility_mbps"].sum() / 3
     assert guaranteed_welfares_mbps(Results(recipe)) == pytest.approx(expected.to_numpy())
 
