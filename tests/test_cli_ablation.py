@@ -29,7 +29,7 @@ class OwnPolicy(CTDEPolicy):
         return flat[:, self.layout.{columns}]
 '''
 READS_X = """
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat
 """
 

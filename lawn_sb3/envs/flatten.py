@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
 
-from lawn_sb3.envs.training_env import Timeout, TrainingEnv
+from lawn_sb3.envs.observation import Extra
+from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
@@ -133,12 +134,26 @@ class FlatVecEnv(VecEnvWrapper):
         """
         slots = self._indices(indices)
         if method_name == "action_masks":  # sb3-contrib asks every slot for its own
-            masks = np.concatenate([game.action_masks() for game in self.games])
+            masks = self.action_masks()
             return [masks[slot] for slot in self._get_indices(indices)]
         results = {
             game: getattr(self.games[game], method_name)(*method_args, **method_kwargs) for game in dict.fromkeys(slots)
         }
         return [results[game] for game in slots]
+
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Which moves are allowed.
+
+        :return: true for a move that is, one row a slot [num_envs, A]
+        """
+        return np.concatenate([game.action_masks() for game in self.games])
+
+    def flying(self) -> NDArray[np.bool_]:
+        """Who is in the air; the others wait for their game to restart.
+
+        :return: one answer a slot [num_envs]
+        """
+        return np.concatenate([game.simulator.state.flying.ravel() for game in self.games])
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
         """Whether a Gymnasium wrapper lies around the environments: never, they are PettingZoo's.
@@ -160,6 +175,9 @@ def make_vec_env(
     timeout: Timeout = "terminal",
     without_reward: Collection[RewardTerm] = (),
     with_index: bool = False,
+    extras: Collection[Extra] = (),
+    slack: int | None = None,
+    credit: Credit = "own",
 ) -> FlatVecEnv:
     """Flatten the game into a vector environment for SB3, through SuperSuit.
 
@@ -171,12 +189,16 @@ def make_vec_env(
     :param timeout: ``terminal`` (eq:terminal) or ``truncated`` (SB3 then bootstraps the value)
     :param without_reward: terms of the reward that the learner is not given: ``rate``, ``nav``, ``col``, ``term``
     :param with_index: append each UAV's index to its observation
+    :param extras: what the observations hold between o_i and x: ``clock``, ``memory``, ``destinations``,
+        ``intents``
+    :param slack: allow in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
+    :param credit: whose reward a learner is given: ``own``, ``difference`` or ``team``
     :return: a vector environment of copies * G * N slots
     :raises UserError: if an argument is not allowed
     """
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
-    games = TrainingEnv(scenario, num_games, continuation, timeout, seed, without_reward, with_index)
+    games = TrainingEnv(scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit)
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"
     )

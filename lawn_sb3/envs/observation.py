@@ -1,19 +1,22 @@
 """What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
 
-Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it. A policy that asks for it
-also gets the UAV's index i behind them.
+Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to
+see stands between them, so that an actor which may not see x is handed the columns before it and no others; the UAV's
+index i stands at the end.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import State
-from lawn_sb3.game.radio import rate_unit_mbps
+from lawn_sb3.game.kernel import MEMORY_SLOTS, State
+from lawn_sb3.game.radio import radio_map, rate_unit_mbps
 from lawn_sb3.scenario import Scenario
 
 Floats32 = NDArray[np.float32]
@@ -29,18 +32,37 @@ OWN = 8  # numbers a UAV contributes: position, destination, T_min, EMA rate
 CELL = 4  # numbers a GBS contributes: load, position
 
 
+VOXEL = 3  # coordinates of a voxel
+
+Extra = Literal["clock", "memory", "destinations", "intents"]
+"""What a policy can ask to see besides o_i, in the order in which it stands in the flat observation:
+
+- ``clock``: how many slots of its mission it has flown;
+- ``memory``: the cell loads it saw in the slots before, newest first;
+- ``destinations``: how many other UAVs in the air head for each cell;
+- ``intents``: position and destination of every other UAV, as a shared flight plan gives them.
+"""
+EXTRAS: tuple[Extra, ...] = get_args(Extra)
+Sight = Literal[Extra, "state"]
+"""The same, or all of x."""
+NOT_BY_N: frozenset[Extra] = frozenset({"clock", "memory", "destinations"})
+"""What is as long for every number of UAVs."""
+
+
 @dataclass(frozen=True)
 class ObservationLayout:
-    """Where everything lies in the flat observation [o_i | x], or [o_i | x | i] with the UAV's index, one-hot.
+    """Where everything lies in the flat observation [o_i | extras | x], or [o_i | extras | x | i], the index one-hot.
 
     :param num_uavs: N
     :param num_gbs: M
     :param with_index: whether the UAV's index follows
+    :param extras: what stands between o_i and x, in the order of :data:`EXTRAS`
     """
 
     num_uavs: int
     num_gbs: int
     with_index: bool = False
+    extras: tuple[Extra, ...] = ()
 
     @property
     def local_dim(self) -> int:
@@ -54,8 +76,8 @@ class ObservationLayout:
 
     @property
     def flat_dim(self) -> int:
-        """Length of the flat observation [o_i | x], with the index if it has one."""
-        return self.local_dim + self.state_dim + self.num_uavs * self.with_index
+        """Length of the flat observation."""
+        return self.index.stop
 
     @property
     def local(self) -> slice:
@@ -65,12 +87,44 @@ class ObservationLayout:
     @property
     def state(self) -> slice:
         """Columns of x in the flat observation."""
-        return slice(self.local_dim, self.local_dim + self.state_dim)
+        start = self.local_dim + sum(self._width(extra) for extra in self.extras)
+        return slice(start, start + self.state_dim)
 
     @property
     def index(self) -> slice:
         """Columns of the UAV's index in the flat observation; empty without one."""
-        return slice(self.local_dim + self.state_dim, self.flat_dim)
+        return slice(self.state.stop, self.state.stop + self.num_uavs * self.with_index)
+
+    def seen(self, sees: Collection[Sight]) -> slice:
+        """Columns of the flat observation that an actor may see: all, or those before x.
+
+        :param sees: what its policy says it sees
+        :return: the columns
+        """
+        return slice(0, self.state.stop if "state" in sees else self.state.start)
+
+    def _width(self, extra: Extra) -> int:
+        others = self.num_uavs - 1
+        widths: dict[Extra, int] = {
+            "clock": 1,
+            "memory": MEMORY_SLOTS * self.num_gbs,
+            "destinations": self.num_gbs,
+            "intents": 2 * VOXEL * others,
+        }
+        return widths[extra]
+
+    def extra(self, name: Extra) -> slice:
+        """Columns of one of the extras in the flat observation; empty where the layout has none.
+
+        :param name: which
+        :return: the columns
+        """
+        start = self.local_dim
+        for extra in self.extras:
+            if extra == name:
+                return slice(start, start + self._width(extra))
+            start += self._width(extra)
+        return slice(start, start)
 
     @property
     def position(self) -> slice:
@@ -125,13 +179,17 @@ class Observer:
 
     :param scenario: the scenario
     :param with_index: append each UAV's index
+    :param extras: what stands between o_i and x
     """
 
-    def __init__(self, scenario: Scenario, with_index: bool = False) -> None:
-        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, with_index)
+    def __init__(self, scenario: Scenario, with_index: bool = False, extras: Collection[Extra] = ()) -> None:
+        chosen = tuple(extra for extra in EXTRAS if extra in extras)
+        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, with_index, chosen)
         self._rate_unit_mbps = rate_unit_mbps(scenario)
+        self._arrived_stays = scenario.arrived_uav == "stays"
         voxels = (scenario.gbs_positions - scenario.voxel_centre((0, 0, 0))) / scenario.voxel_size_m
         self._gbs = (voxels / POSITION_UNIT_VOXELS).astype(np.float32)  # [M, 3]
+        self._cell = radio_map(scenario).cell  # [W, L, H]
 
     def _own(self, state: State) -> Floats32:
         """q_i, d_i, T_min and EMA rate of every UAV [G, N, OWN]."""
@@ -148,6 +206,33 @@ class Observer:
         cells[..., 0] = state.cell_load / LOAD_UNIT_UAVS
         cells[..., 1:] = self._gbs
         return cells.reshape(len(cells), -1)
+
+    def _extra(self, name: Extra, state: State) -> NDArray[np.floating]:
+        """One of the extras [G, N, its width], or [1, N, ...] or [G, 1, ...] where it is the same for all."""
+        num_games, num_uavs = state.slot.shape
+        if name == "clock":
+            return state.slot[..., None] / SLOT_UNIT
+        if name == "memory":  # of its own mission alone
+            own = state.slot[..., None] > np.arange(MEMORY_SLOTS)  # [G, N, H]
+            seen = own[..., None] * state.past_load[:, None] / LOAD_UNIT_UAVS
+            return np.asarray(seen.reshape(num_games, num_uavs, -1))
+        if name == "destinations":
+            return np.asarray(self.headed(state) / LOAD_UNIT_UAVS)
+        others = (np.arange(num_uavs)[:, None] + np.arange(1, num_uavs)) % num_uavs  # [N, N - 1]
+        intents = np.concatenate([state.position, state.destination], axis=-1)[:, others]  # [G, N, N - 1, 6]
+        return np.asarray(intents.reshape(num_games, num_uavs, -1) / POSITION_UNIT_VOXELS)
+
+    def headed(self, state: State) -> NDArray[np.int64]:
+        """How many other UAVs head for each cell: those in the air, and those that stay where they arrived.
+
+        :param state: state of G games
+        :return: counts without the UAV itself [G, N, M]
+        """
+        x, y, z = np.moveaxis(state.destination, -1, 0)
+        counts = np.eye(self.layout.num_gbs, dtype=np.int64)[self._cell[x, y, z]]  # [G, N, M]
+        if not self._arrived_stays:
+            counts *= state.flying[..., None]
+        return np.asarray(counts.sum(axis=1, keepdims=True) - counts)
 
     def local(self, state: State) -> Floats32:
         """Local observations o_i (eq:obs).
@@ -166,7 +251,7 @@ class Observer:
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
     def flat(self, state: State) -> Floats32:
-        """Flat observations [o_i | x], with the index if the layout has one.
+        """Flat observations [o_i | extras | x], with the index if the layout has one.
 
         :param state: state of G games
         :return: one observation a UAV [G, N, flat_dim]
@@ -176,9 +261,30 @@ class Observer:
         flat = np.empty((num_games, num_uavs, self.layout.flat_dim), dtype=np.float32)
         flat[..., :OWN] = own
         flat[..., OWN : self.layout.local_dim] = cells[:, None]
+        for extra in self.layout.extras:
+            flat[..., self.layout.extra(extra)] = self._extra(extra, state)
         x = flat[..., self.layout.state]
         x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
         x[..., self.layout.state_cells] = cells[:, None]
         if self.layout.with_index:
             flat[..., self.layout.index] = np.eye(num_uavs, dtype=np.float32)
         return flat
+
+
+def broadcast_bits(sees: Collection[Sight], scenario: Scenario) -> int:
+    """Bits that every UAV has to broadcast in every slot so that the actors can see what they see.
+
+    Cell loads are counted by the GBSs, and clock and memory are a UAV's own. The cell that it heads for is one of M; a
+    position or a destination is one of the voxels; T_i^min is a whole number, and the EMA rate a 32-bit float.
+
+    :param sees: what a policy says its actor sees
+    :param scenario: the game
+    :return: bits, without any coding
+    """
+    voxel = (scenario.num_voxels - 1).bit_length()
+    if "state" in sees:
+        steps = sum(size - 1 for size in scenario.grid)
+        return 2 * voxel + (-(-steps // scenario.max_voxel_steps)).bit_length() + 32
+    if "intents" in sees:
+        return 2 * voxel
+    return (scenario.num_gbs - 1).bit_length() if "destinations" in sees else 0

@@ -10,14 +10,17 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from lawn_sb3.envs.observation import Observer
+from lawn_sb3.envs.observation import Extra, Observer
 from lawn_sb3.errors import unknown_name
-from lawn_sb3.game.airspace import moves_inside
+from lawn_sb3.game.externality import losses_to_others
 from lawn_sb3.game.kernel import REWARD_TERMS, RewardTerm
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
+Credit = Literal["own", "difference", "team"]
+"""Whose reward a learner is given: the UAV's own; its own less what it takes from the utilities of those in its cell;
+or the mean over the UAVs of its game."""
 
 
 def check_timeout(timeout: str) -> Timeout:
@@ -50,6 +53,10 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
         ``episode`` counts them all the same
     :param with_index: append each UAV's index to its observation
+    :param extras: what the observations hold between o_i and x
+    :param slack: allow in-time moves alone: arrival by T_i^min and so many slots must stay possible; without a number,
+        all moves inside the airspace are allowed
+    :param credit: whose reward a learner is given; with ``team`` also those that wait for their game to restart
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
@@ -64,11 +71,18 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         seed: int | None = None,
         without_reward: Collection[RewardTerm] = (),
         with_index: bool = False,
+        extras: Collection[Extra] = (),
+        slack: int | None = None,
+        credit: Credit = "own",
     ) -> None:
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
+        self.slack = slack
+        if credit not in get_args(Credit):
+            raise unknown_name("credit", credit, get_args(Credit))
+        self.credit = credit
         self.simulator = Simulator(scenario, num_games, seed, continuation)
-        self.observer = Observer(scenario, with_index)
+        self.observer = Observer(scenario, with_index, extras)
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
         self.agents = list(self.possible_agents)
@@ -115,20 +129,28 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         chosen = np.fromiter((actions[agent] for agent in self.agents), dtype=np.int64, count=len(self.agents))
         outcome = self.simulator.step(chosen.reshape(self._reward_sum.shape))
         self._reward_sum += outcome.reward_terms.sum(axis=-1)
-        rewards = outcome.reward_terms[..., self._given].sum(axis=-1)
+        rewards = self._credited(outcome.reward_terms[..., self._given].sum(axis=-1))
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
         self._report_ends(outcome.arrived, outcome.timed_out, outcome.utility_mbps, infos)
         self.simulator.go_on()
         reward_of = dict(zip(self.agents, rewards.ravel().tolist(), strict=True))
         return self._observe(), reward_of, dict(self._never), dict(self._never), infos
 
-    def action_masks(self) -> NDArray[np.bool_]:
-        """Which moves stay inside the airspace, as sb3-contrib's ``MaskablePPO`` asks.
+    def _credited(self, own: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Rewards as learners are given them [G, N], from the UAVs' own ones."""
+        if self.credit == "team":
+            return np.broadcast_to(own.mean(axis=1, keepdims=True), own.shape)
+        if self.credit == "difference":
+            rules = self.simulator.rules
+            return own - losses_to_others(rules, self.simulator.state, self.simulator.outcome) / rules.rate_unit_mbps
+        return own
 
-        :return: true for a move that does [G * N, A]
+    def action_masks(self) -> NDArray[np.bool_]:
+        """Which moves are allowed, as sb3-contrib's ``MaskablePPO`` asks: those inside the airspace, or in time.
+
+        :return: true for a move that is [G * N, A]
         """
-        state, rules = self.simulator.state, self.simulator.rules
-        masks = moves_inside(state.position, rules.actions, rules.grid)
+        masks = self.simulator.allowed_moves(self.slack)
         return masks.reshape(len(self.agents), -1)
 
     def _report_ends(

@@ -53,7 +53,7 @@ class ModelPlayer:
         :raises UserError: if the model cannot play these games
         """
         self._layout = training_layout(self.model)
-        self._observer = Observer(simulator.scenario, self._layout.with_index)
+        self._observer = Observer(simulator.scenario, self._layout.with_index, self._layout.extras)
         self._is_moved = self._observer.layout != self._layout
         if self._is_moved and not (can_be_moved(self.model) and self._same_cells()):
             trained, asked = (
@@ -61,6 +61,7 @@ class ModelPlayer:
             )
             raise UserError(f"{self.name} was trained for {trained} and cannot play with {asked}")
         self._memory: Any = None
+        self._slack: int | None = self.model.env.get_attr("slack", [0])[0] if self.model.env is not None else None
         if not self.deterministic:
             self.model.set_random_seed(int(rng.integers(2**31)))
 
@@ -81,7 +82,7 @@ class ModelPlayer:
             flat[..., self._layout.local] = local
         more: dict[str, Any] = {}
         if isinstance(self.model, MaskablePPO):
-            masks = moves_inside(state.position, rules.actions, rules.grid)
+            masks = simulator.allowed_moves(self._slack)
             more["action_masks"] = masks.reshape(-1, simulator.num_actions)
         actions, self._memory = self.model.predict(
             flat.reshape(-1, flat.shape[-1]),

@@ -76,6 +76,29 @@ def moves_inside(positions: Ints, actions: Ints, grid: Voxel) -> NDArray[np.bool
     return np.asarray(((ends >= 0) & (ends < np.array(grid))).all(axis=-1))
 
 
+def moves_in_time(
+    positions: Ints, destinations: Ints, slots_left: Ints, actions: Ints, grid: Voxel, max_voxel_steps: int
+) -> NDArray[np.bool_]:
+    """In-time moves: those inside the airspace after which the destination can still be reached in the slots left.
+
+    Where none is, as after a late start, all moves inside that come as near as can be are allowed. Hence a UAV that
+    keeps to them from its origin arrives in time, whatever the others do: success is 100 % by construction.
+
+    :param positions: q_i(t) in voxels [..., 3]
+    :param destinations: d_i in voxels [..., 3]
+    :param slots_left: slots until the UAV has to be there, that of this move included [...]
+    :param actions: the action set in voxels [A, 3]
+    :param grid: size of the airspace (W, L, H) in voxels
+    :param max_voxel_steps: v_max
+    :return: true for such a move [..., A]; at least one always is
+    """
+    ends = positions[..., None, :] + actions
+    inside = ((ends >= 0) & (ends < np.array(grid))).all(axis=-1)
+    needed = -(-np.abs(ends - destinations[..., None, :]).sum(axis=-1) // max_voxel_steps)
+    least = np.where(inside, needed, np.iinfo(np.int64).max).min(axis=-1)
+    return np.asarray(inside & (needed <= np.maximum(slots_left - 1, least)[..., None]))
+
+
 @njit
 def stop_at(voxel: Voxel, target: Voxel, destination: Voxel) -> Voxel:
     """Where a UAV ends a slot that may end early at its destination (reading ``arrival: fly-through``).

@@ -24,6 +24,9 @@ Bools = NDArray[np.bool_]
 RewardTerm = Literal["rate", "nav", "col", "term"]
 REWARD_TERMS: tuple[RewardTerm, ...] = get_args(RewardTerm)
 
+MEMORY_SLOTS = 4
+"""Slots whose cell loads a game remembers."""
+
 
 class Rules(NamedTuple):
     """A scenario in the form the compiled step reads."""
@@ -56,6 +59,7 @@ class State(NamedTuple):
     ema_rate_mbps: Floats  # [G, N]
     flying: Bools  # [G, N]
     cell_load: Ints  # [G, M]
+    past_load: Ints  # [G, MEMORY_SLOTS, M] cell loads seen in the slots before, newest first
 
 
 class Outcome(NamedTuple):
@@ -117,6 +121,7 @@ def empty_state(num_games: int, num_uavs: int, num_gbs: int) -> State:
         ema_rate_mbps=np.zeros(shape),
         flying=np.zeros(shape, dtype=np.bool_),
         cell_load=np.zeros((num_games, num_gbs), dtype=np.int64),
+        past_load=np.zeros((num_games, MEMORY_SLOTS, num_gbs), dtype=np.int64),
     )
 
 
@@ -180,6 +185,19 @@ def count_loads(rules: Rules, state: State) -> None:
             if flying[g, i] or rules.arrived_stays:
                 x, y, z = voxel_of(position, g, i)
                 cell_load[g, cell[x, y, z]] += 1
+
+
+@njit
+def remember_loads(state: State) -> None:
+    """Keep the cell loads that the UAVs see before they move.
+
+    :param state: the state; ``past_load`` is written
+    """
+    cell_load, past_load = state.cell_load, state.past_load
+    for g in range(past_load.shape[0]):
+        for h in range(past_load.shape[1] - 1, 0, -1):
+            past_load[g, h] = past_load[g, h - 1]
+        past_load[g, 0] = cell_load[g]
 
 
 @njit
@@ -296,6 +314,7 @@ def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> N
     :param outcome: the outcome; written
     :param actions: indices into the action table [G, N]; those of UAVs that are not flying are ignored
     """
+    remember_loads(state)
     move_uavs(rules, state, outcome, actions)
     count_loads(rules, state)
     rate_uavs(rules, state, outcome)

@@ -46,6 +46,20 @@ def utility(corrected_mbps: float, min_slots: int, slots: int) -> float:
     return corrected_mbps * min_slots / slots
 
 
+@njit
+def slot_weight(beta: float, slots_left: int, least: int, flown: int, horizon: int) -> float:
+    """What a rate counts in the utility (eq:utility with eq:ema): U_i is the sum of rates times their weights.
+
+    :param beta: smoothing factor of eq:ema
+    :param slots_left: slots between this one and the end of the flight, T_i - t
+    :param least: T_i^min
+    :param flown: T_i
+    :param horizon: slots that the bias correction is over: T_i or T_max
+    :return: weight, without unit
+    """
+    return utility(corrected_rate(ema_rate(0.0, 1.0, beta) * (1.0 - beta) ** slots_left, beta, horizon), least, flown)
+
+
 def welfare(utilities_mbps: NDArray[np.float64]) -> NDArray[np.float64]:
     """Social welfare W (eq:welfare).
 

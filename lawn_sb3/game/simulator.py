@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.game.airspace import Missions, check_missions, draw_missions
+from lawn_sb3.game.airspace import Missions, check_missions, draw_missions, moves_in_time, moves_inside
 from lawn_sb3.game.kernel import (
     Outcome,
     State,
@@ -108,6 +108,20 @@ class Simulator:
     def go_on(self) -> None:
         """Give UAVs that are done their next mission, or games that are done their next episode."""
         renew_missions(self.rules, self.state, self._rng, self.continuation == "episode")
+
+    def allowed_moves(self, slack: int | None = None) -> NDArray[np.bool_]:
+        """The moves that a masked player may take.
+
+        :param slack: in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
+        :return: true for a move that is allowed [G, N, A]
+        """
+        state, rules = self.state, self.rules
+        if slack is None:
+            return moves_inside(state.position, rules.actions, rules.grid)
+        left = np.minimum(state.min_slots + slack, rules.max_slots) - state.slot
+        return moves_in_time(
+            state.position, state.destination, left, rules.actions, rules.grid, rules.max_voxel_steps
+        )
 
     def snapshot(self) -> Snapshot:
         """Copy all that the future depends on, random state included.

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lawn_sb3.game.airspace import Voxel, is_inside, min_slots, stop_at
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
-from lawn_sb3.game.payoff import corrected_rate, ema_rate, utility
+from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 
 Floats = NDArray[np.float64]
@@ -42,20 +42,6 @@ class Flight(NamedTuple):
     slots: int  # from now until arrival; 0 if the deadline cannot be met
     worth_mbps: float  # the own utility and what it changes for others, less the price of collisions
     action: int  # the first move, as an index into the action table
-
-
-@njit
-def slot_weight(beta: float, slots_left: int, least: int, flown: int, horizon: int) -> float:
-    """What a rate counts in the utility (eq:utility with eq:ema): U_i is the sum of rates times their weights.
-
-    :param beta: smoothing factor of eq:ema
-    :param slots_left: slots between this one and the end of the flight, T_i - t
-    :param least: T_i^min
-    :param flown: T_i
-    :param horizon: slots that the bias correction is over: T_i or T_max
-    :return: weight, without unit
-    """
-    return utility(corrected_rate(ema_rate(0.0, 1.0, beta) * (1.0 - beta) ** slots_left, beta, horizon), least, flown)
 
 
 @njit
@@ -143,7 +129,7 @@ def best_flight(
         for s in range(slots, 0, -1):
             weight = slot_weight(beta, slots - s, least, total, horizon)
             _value_slot(rules, position, goal, around, s, slots, weight, price_mbps, values, moves)
-        action, value = _best_move(rules.actions, rules.grid, rules.fly_through, position, goal, values[1])
+        action, value = best_move(rules.actions, rules.grid, rules.fly_through, position, goal, values[1])
         if worth + value > best.worth_mbps:
             best = Flight(slots, worth + value, action)
             _trace(rules, position, goal, slots, action, moves, path)
@@ -193,19 +179,19 @@ def _value_slot(
     here, later = values[s % 2], values[(s + 1) % 2]
     here[:] = -np.inf
     reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
-    low_x, high_x = _overlap(position[0], reach, goal[0], left, grid[0])
+    low_x, high_x = overlap(position[0], reach, goal[0], left, grid[0])
     for x in range(low_x, high_x):
         reach_y, left_y = reach - abs(x - position[0]), left - abs(x - goal[0])
-        low_y, high_y = _overlap(position[1], reach_y, goal[1], left_y, grid[1])
+        low_y, high_y = overlap(position[1], reach_y, goal[1], left_y, grid[1])
         for y in range(low_y, high_y):
             reach_z, left_z = reach_y - abs(y - position[1]), left_y - abs(y - goal[1])
-            low_z, high_z = _overlap(position[2], reach_z, goal[2], left_z, grid[2])
+            low_z, high_z = overlap(position[2], reach_z, goal[2], left_z, grid[2])
             for z in range(low_z, high_z):
                 following = 0.0
                 if s < slots:
                     if (x, y, z) == goal:
                         continue
-                    moves[s, x, y, z], following = _best_move(actions, grid, fly_through, (x, y, z), goal, later)
+                    moves[s, x, y, z], following = best_move(actions, grid, fly_through, (x, y, z), goal, later)
                 b = cell[x, y, z]
                 rate_mbps = achievable_rate_mbps(rb_share(num_rbs[b], loads[s, b] + 1), rb_rate_mbps[x, y, z])
                 here[x, y, z] = weight * rate_mbps + effects[s, b] + following
@@ -215,18 +201,34 @@ def _value_slot(
 
 
 @njit
-def _overlap(first: int, reach: int, second: int, other_reach: int, size: int) -> tuple[int, int]:
-    """Coordinates within reach of both, as a half-open range inside the airspace."""
+def overlap(first: int, reach: int, second: int, other_reach: int, size: int) -> tuple[int, int]:
+    """Coordinates within reach of both ends of a way, along one axis.
+
+    :param first: coordinate of the one end
+    :param reach: steps from it
+    :param second: coordinate of the other end
+    :param other_reach: steps from that
+    :param size: size of the airspace
+    :return: a half-open range inside the airspace
+    """
     return max(first - reach, second - other_reach, 0), min(first + reach, second + other_reach, size - 1) + 1
 
 
 @njit
-def _best_move(
+def best_move(
     actions: Ints, grid: Voxel, fly_through: bool, voxel: Voxel, goal: Voxel, later: Floats
 ) -> tuple[int, float]:
     """The move after which the worth is highest, and that worth; of equal ones the first in the action table.
 
     Moves out of the airspace are left out: clipped or refused, they end where another move ends too.
+
+    :param actions: the action table [A, 3]
+    :param grid: size of the airspace, or of the part of it that the voxels are counted in
+    :param fly_through: whether a move ends at the destination where that lies on the way
+    :param voxel: where the UAV is
+    :param goal: its destination
+    :param later: worth of being in each voxel in the next slot; minus infinity where it must not be [W, L, H]
+    :return: index into the action table, and the worth
     """
     best, highest = 0, -np.inf
     for a in range(len(actions)):

@@ -11,9 +11,9 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
-from lawn_sb3.game.payoff import corrected_rate, ema_rate, utility
+from lawn_sb3.game.payoff import corrected_rate, ema_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
-from lawn_sb3.planning.flight import Surroundings, longest_flight, slot_weight
+from lawn_sb3.planning.flight import Surroundings, longest_flight
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -83,7 +83,7 @@ class Good(CTDEPolicy):
 class TimesZero(Good):
     """Takes all of [o_i | x], with x multiplied by 0."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         seen = th.zeros_like(flat)
         seen[:, self.layout.local] = 1.0
         return flat * seen
@@ -92,7 +92,7 @@ class TimesZero(Good):
 class OnAClone(Good):
     """Wipes x out of a copy of what it was given."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         seen = flat.clone()
         seen[:, self.layout.state] = 0.0
         return seen
@@ -129,7 +129,7 @@ class Rooted(Good):
         self.scale = nn.Parameter(th.zeros(20))
         super()._build_mlp_extractor()
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat[:, self.layout.local] + self.scale.sqrt().sum()
 
 
@@ -152,14 +152,14 @@ def test_every_kind_of_iql_is_let_through(setting: str) -> None:
 
 
 class All(Good):
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat
 
 
 class ABit(Good):
     """One number of o_i is shifted by a ten-thousandth of the whole of x."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         local = flat[:, self.layout.local].clone()
         local[:, 0] += 1e-4 * flat[:, self.layout.state].sum(dim=1)
         return local
@@ -168,14 +168,14 @@ class ABit(Good):
 class LastColumn(Good):
     """Reads the height of a GBS, the last number of x: the same in all games."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return th.cat([flat[:, self.layout.local], flat[:, self.layout.state][:, -1:]], dim=1)
 
 
 class Threshold(Good):
     """Has no gradient with respect to x."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return th.cat([flat[:, self.layout.local], (flat[:, self.layout.state][:, :1] > 0.45).float()], dim=1)
 
 
@@ -208,7 +208,7 @@ class InUpdatesAlone(Good):
 
 
 class Recurrent(RecurrentCTDEPolicy):
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat
 
     def critic_input(self, flat: th.Tensor) -> th.Tensor:
@@ -216,7 +216,7 @@ class Recurrent(RecurrentCTDEPolicy):
 
 
 class Maskable(MaskableCTDEPolicy):
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat
 
     def critic_input(self, flat: th.Tensor) -> th.Tensor:
@@ -292,7 +292,7 @@ class Gated(Good):
         self.gate = nn.Parameter(th.zeros(1))
         super()._build_mlp_extractor()
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return th.cat([flat[:, self.layout.local], self.gate * flat[:, self.layout.state]], dim=1)
 
 
@@ -322,7 +322,7 @@ class ReadsLater(Good):
         self.register_buffer("updates", th.zeros(1))
         super()._build_mlp_extractor()
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         x = flat[:, self.layout.state]
         return th.cat([flat[:, self.layout.local], x * (self.updates > 4) if hasattr(self, "updates") else x], dim=1)
 
@@ -448,7 +448,7 @@ def test_an_answer_of_the_wrong_width_is_refused(policy: type[BasePolicy], wrong
 
 
 class NanActor(Good):
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat[:, self.layout.local] / 0.0
 
 
@@ -499,7 +499,7 @@ class AveragingCritic(Good):
 class Peeking(Good):
     """The actor sees the o_j of the slot before: another UAV's, as long as slots come game by game."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         local = flat[:, self.layout.local]
         return th.cat([local, local.roll(1, dims=0)], dim=1)
 
@@ -507,7 +507,7 @@ class Peeking(Good):
 class FollowTheFirst(Peeking):
     """Every second actor sees the o_j of the first UAV of its game, which sees its own alone."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         local = flat[:, self.layout.local]
         return th.cat([local, local[th.arange(len(local)) // 2 * 2]], dim=1)
 
@@ -575,7 +575,7 @@ def test_other_slots_may_change_how_an_answer_is_rounded(policy: type[BasePolicy
 class Overwriting(Good):
     """Hides x from its actor by wiping it out for everybody, the critic and the rollout included."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         flat[:, self.layout.state] = 0.0
         return flat
 
@@ -587,7 +587,7 @@ def test_a_policy_that_writes_into_its_observations_is_refused() -> None:
 class OwnDice(Good):
     """Adds noise from a random state of its own."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
+    def seen(self, flat: th.Tensor) -> th.Tensor:
         return flat[:, self.layout.local] + float(np.random.default_rng().normal())
 
 

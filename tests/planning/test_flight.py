@@ -21,6 +21,7 @@ from hypothesis import strategies as st
 
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.game.airspace import is_inside, stop_at
+from lawn_sb3.game.payoff import slot_weight
 from lawn_sb3.planning.flight import (
     Flight,
     Surroundings,
@@ -28,7 +29,6 @@ from lawn_sb3.planning.flight import (
     collision_price_mbps,
     longest_flight,
     peak_rate_mbps,
-    slot_weight,
 )
 from lawn_sb3.planning.plan import Plan, nobody, others_in
 from tests.envs.corridor import CORRIDOR

@@ -129,7 +129,7 @@ def among(simulator: Simulator, plan: Plan, uavs: list[int]) -> tuple[Simulator,
     """The same game and plan with these UAVs only."""
     fewer = Simulator(simulator.scenario.changed(num_uavs=len(uavs)), 1, seed=0)
     state, random_state = simulator.snapshot()
-    kept = State(*(array[:, uavs] for array in state[:-1]), state.cell_load)
+    kept = State(*(array[:, uavs] for array in state[:-2]), state.cell_load, state.past_load)
     fewer.restore(Snapshot(kept, random_state))
     return fewer, Plan(plan.voxels[uavs], plan.slots[uavs])
 

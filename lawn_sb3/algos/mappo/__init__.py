@@ -1,8 +1,19 @@
 """CTDE-MAPPO."""
 
+from lawn_sb3.algos.mappo.episodes import EpisodeMAPPO
+from lawn_sb3.algos.mappo.framed_policy import FramedPolicy
 from lawn_sb3.algos.mappo.mappo import MAPPO
 from lawn_sb3.algos.mappo.policies import CTDEPolicy, MaskableCTDEPolicy
 from lawn_sb3.algos.mappo.recurrent_policy import RecurrentCTDEPolicy
 from lawn_sb3.algos.mappo.variants import MaskableMAPPO, RecurrentMAPPO
 
-__all__ = ["MAPPO", "CTDEPolicy", "MaskableCTDEPolicy", "MaskableMAPPO", "RecurrentCTDEPolicy", "RecurrentMAPPO"]
+__all__ = [
+    "MAPPO",
+    "CTDEPolicy",
+    "EpisodeMAPPO",
+    "FramedPolicy",
+    "MaskableCTDEPolicy",
+    "MaskableMAPPO",
+    "RecurrentCTDEPolicy",
+    "RecurrentMAPPO",
+]

@@ -76,6 +76,8 @@ class CentralizedTraining(OnPolicyAlgorithm):
             if not self.env.has_attr("layout"):
                 raise ValueError(f"{self.policy_class.__name__} needs an environment with a layout, from make_vec_env")
             self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", [0])[0])
+            if self.policy_class.needs_scenario:
+                self.policy_kwargs.setdefault("scenario", self.env.get_attr("scenario", [0])[0])
         if _init_setup_model:
             self._setup_model()
 

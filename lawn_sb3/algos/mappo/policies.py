@@ -16,7 +16,7 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
 from lawn_sb3.algos.mappo.value_normalization import NormalizedValueHead
-from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.envs.observation import ObservationLayout, Sight
 
 
 class ActorCriticExtractor(nn.Module):
@@ -30,7 +30,7 @@ class ActorCriticExtractor(nn.Module):
     def __init__(self, policy: CTDEViews, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
         super().__init__()
         # A bound method in a plain tuple: the policy must not become a submodule of its own part.
-        self._views = (policy.actor_input, policy.critic_input)
+        self._views = (policy.seen, policy.critic_input)
         probe = th.zeros(1, policy.layout.flat_dim)
         pi = [self._views[0](probe).shape[1], *net_arch["pi"]]
         vf = [self._views[1](probe).shape[1], *net_arch["vf"]]
@@ -83,6 +83,11 @@ class CTDEViews(BasePolicy):
 
     needs_index: ClassVar[bool] = False
     """Whether the flat observation is to hold the UAV's index too."""
+    sees: ClassVar[tuple[Sight, ...]] = ()
+    """What the actor sees besides o_i; nothing else can reach it."""
+
+    needs_scenario: ClassVar[bool] = False
+    """Whether its constructor takes the environment's ``scenario`` too."""
 
     net_arch: list[int] | dict[str, list[int]]
     activation_fn: type[nn.Module]
@@ -105,13 +110,25 @@ class CTDEViews(BasePolicy):
         super().__init__(observation_space, action_space, lr_schedule, widths, activation_fn, **kwargs)
         self.value_net = NormalizedValueHead(self.value_net)
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        """What the actor sees: o_i.
+    def seen(self, flat: th.Tensor) -> th.Tensor:
+        """The actor's input, made by :meth:`actor_input` of the columns that the policy says it sees.
 
         :param flat: flat observations [B, flat_dim]
         :return: the actor's input [B, anything]
         """
-        return flat[:, self.layout.local]
+        if not self.needs_index:
+            return self.actor_input(flat[:, self.layout.seen(self.sees)])
+        without_state = flat.clone()  # the index lies behind x
+        without_state[:, self.layout.state] = 0.0
+        return self.actor_input(without_state)
+
+    def actor_input(self, local: th.Tensor) -> th.Tensor:
+        """What the actor makes of what it sees: all of it, as it is.
+
+        :param local: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
+        :return: the actor's input [B, anything]
+        """
+        return local
 
     def critic_input(self, flat: th.Tensor) -> th.Tensor:
         """What the critic sees.

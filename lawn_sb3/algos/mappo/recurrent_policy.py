@@ -83,7 +83,7 @@ class RecurrentCTDEPolicy(CTDEViews, RecurrentActorCriticPolicy):
         kwargs |= {"share_features_extractor": False, "enable_critic_lstm": False}
         super().__init__(observation_space, action_space, lr_schedule, layout, net_arch, **kwargs)
         # sb3-contrib gives both networks the same features; here each has its own view.
-        self.pi_features_extractor = View(observation_space, self.actor_input)
+        self.pi_features_extractor = View(observation_space, self.seen)
         self.vf_features_extractor = View(observation_space, self.critic_input)
         layers, _, units = self.lstm_hidden_state_shape
         self.lstm_actor = nn.LSTM(self.pi_features_extractor.features_dim, units, layers, **self.lstm_kwargs)

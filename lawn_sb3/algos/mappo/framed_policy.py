@@ -1,0 +1,147 @@
+"""Actor-critics in the symmetric frame: what is seen is turned into one octant, and the logits are turned back.
+
+What an actor sees besides o_i is for a subclass to say, and so whether it looks at the cell loads; the critic sees o_i,
+the clock, and all others as they lie around the UAV.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import torch as th
+from gymnasium import spaces
+from stable_baselines3.common.torch_layers import create_mlp
+from stable_baselines3.common.type_aliases import Schedule
+from torch import nn
+
+from lawn_sb3.algos.common.encoder import Encoder, Inputs
+from lawn_sb3.algos.mappo.policies import MaskableCTDEPolicy
+from lawn_sb3.envs.observation import OWN, POSITION_UNIT_VOXELS, ObservationLayout, Sight
+from lawn_sb3.scenario import Scenario
+
+
+class FramedLayers(nn.Module):
+    """All layers of the actor, whose logits are in the order of the actions, and the critic's hidden layers.
+
+    :param policy: the policy, which says what is seen
+    :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
+    :param activation_fn: activation of the hidden layers
+    :param num_actions: A
+    """
+
+    def __init__(
+        self, policy: FramedPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
+    ) -> None:
+        super().__init__()
+        self.layout, self.sees = policy.layout, policy.sees
+        options: dict[str, Any] = {"symmetric": policy.symmetric, "inputs": policy.inputs}
+        self.encoder = Encoder(policy.scenario, self.layout, self.sees, policy.looks_at_loads, **options)
+        self.critic_encoder = Encoder(policy.scenario, self.layout, ("clock",), **options)
+        self.policy_net = nn.Sequential(*create_mlp(self.encoder.width, num_actions, net_arch["pi"], activation_fn))
+        probe = self.critic_input(th.zeros(1, self.layout.flat_dim))
+        self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
+        self.latent_dim_pi, self.latent_dim_vf = num_actions, net_arch["vf"][-1]
+
+    def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
+        """Run both.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: logits [B, A] and the critic's features [B, latent_dim_vf]
+        """
+        return self.forward_actor(flat), self.forward_critic(flat)
+
+    def forward_actor(self, flat: th.Tensor) -> th.Tensor:
+        """Run the actor on what its policy sees.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: logits [B, A]
+        """
+        features, turn = self.encoder(flat[:, self.layout.seen(self.sees)])
+        return self.encoder.turn_back(self.policy_net(features), turn)
+
+    def forward_critic(self, flat: th.Tensor) -> th.Tensor:
+        """Run the critic's hidden layers.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: its features [B, latent_dim_vf]
+        """
+        features: th.Tensor = self.value_net(self.critic_input(flat))
+        return features
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        """What the critic sees: o_i, the clock, and the others as they lie around the UAV.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: features [B, anything]
+        """
+        encoder = self.critic_encoder
+        own, turn = encoder(flat)
+        if self.layout.num_uavs == 1:
+            return own
+        uavs = flat[:, self.layout.state][:, self.layout.state_uavs].reshape(len(flat), -1, OWN)
+        itself = (uavs == flat[:, None, :OWN]).all(dim=-1).long().argmax(dim=1, keepdim=True)
+        others = (itself + th.arange(1, self.layout.num_uavs, device=flat.device)) % self.layout.num_uavs  # [B, N - 1]
+        rows = th.arange(len(flat), device=flat.device)[:, None]
+        places = (uavs[rows, others, :6] * POSITION_UNIT_VOXELS).round().long().reshape(len(flat), -1, 2, 3)
+        place = encoder.turned_position(flat, turn)
+        return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
+
+
+class FramedPolicy(MaskableCTDEPolicy):
+    """An actor over o_i and what else it ``sees``, in the symmetric frame; moves are masked.
+
+    :param observation_space: the flat observation
+    :param action_space: the actions
+    :param lr_schedule: learning rate as a function of the progress remaining
+    :param layout: where o_i and x lie in the flat observation
+    :param scenario: the game, for its airspace, cells and RBs
+    :param symmetric: turn the airspace so that the own position lies in one octant; refused where the scenario has not
+        the symmetries of a square
+    :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
+    :param kwargs: what else sb3-contrib's ``MaskableActorCriticPolicy`` takes
+    """
+
+    needs_scenario: ClassVar[bool] = True
+    looks_at_loads: ClassVar[bool] = True
+    """Whether the actor looks at the cell loads that o_i holds."""
+    sees: ClassVar[tuple[Sight, ...]] = ("clock",)
+
+    def __init__(
+        self,
+        observation_space: spaces.Box,
+        action_space: spaces.Discrete,
+        lr_schedule: Schedule,
+        layout: ObservationLayout,
+        scenario: Scenario,
+        symmetric: bool = True,
+        inputs: Inputs = "one-hot",
+        **kwargs: Any,
+    ) -> None:
+        self.scenario, self.symmetric, self.inputs = scenario, symmetric, inputs
+        super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
+
+    def critic_input(self, flat: th.Tensor) -> th.Tensor:
+        """What the critic sees, encoded.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: the critic's input [B, anything]
+        """
+        seen: th.Tensor = self.mlp_extractor.critic_input(flat)
+        return seen
+
+    def _build_mlp_extractor(self) -> None:
+        assert isinstance(self.net_arch, dict)
+        assert isinstance(self.action_space, spaces.Discrete)
+        num_actions = int(self.action_space.n)
+        self.mlp_extractor = FramedLayers(self, self.net_arch, self.activation_fn, num_actions)
+
+    def _build(self, lr_schedule: Schedule) -> None:
+        super()._build(lr_schedule)
+        self.action_net = nn.Identity()  # the extractor's last layer answers with logits
+        last = self.mlp_extractor.policy_net[-1]
+        self.init_weights(last, gain=0.01)
+        self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        own = {"scenario": self.scenario, "symmetric": self.symmetric, "inputs": self.inputs}
+        return {**super()._get_constructor_parameters(), **own}

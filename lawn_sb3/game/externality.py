@@ -1,0 +1,53 @@
+"""What a UAV takes from those in its cell: the part of its worth that its own utility does not show.
+
+The difference between the welfare with and without a UAV's share of the RBs, slot by slot. Added to the own reward it
+makes what is good for a UAV good for all: its reward is then what the welfare changes by.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.game.airspace import min_slots
+from lawn_sb3.game.compiled import njit
+from lawn_sb3.game.kernel import Outcome, Rules, State, bias_horizon, voxel_of
+from lawn_sb3.game.payoff import slot_weight
+from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+
+
+@njit
+def losses_to_others(rules: Rules, state: State, outcome: Outcome) -> NDArray[np.float64]:
+    """What each UAV's presence in its cell in the slot that has just ended costs the utilities of the others there.
+
+    Their flight times T_j are not known yet; they are taken to fly straight from here on.
+
+    :param rules: the game's constants
+    :param state: the state after the slot
+    :param outcome: what the slot gave
+    :return: loss in Mbps, 0 or more [G, N]; 0 for a UAV that did not fly
+    """
+    position, destination, slot, least = state.position, state.destination, state.slot, state.min_slots
+    cell, cell_load, rb_rate_mbps = outcome.cell, outcome.cell_load, rules.rb_rate_mbps
+    num_games, num_uavs = slot.shape
+    losses = np.zeros((num_games, num_uavs))
+    lost = np.zeros(num_uavs)
+    for g in range(num_games):
+        for j in range(num_uavs):
+            lost[j] = 0.0
+            load = cell_load[g, j]
+            if load < 2:  # on the ground, or alone
+                continue
+            here, goal = voxel_of(position, g, j), voxel_of(destination, g, j)
+            left = min_slots(here, goal, rules.max_voxel_steps)
+            flown = slot[g, j] + left
+            weight = slot_weight(rules.ema_beta, left, least[g, j], flown, bias_horizon(rules, flown))
+            rbs = rules.num_rbs[cell[g, j]]
+            lost[j] = weight * achievable_rate_mbps(rb_share(rbs, load - 1) - rb_share(rbs, load), rb_rate_mbps[here])
+        for i in range(num_uavs):
+            if cell_load[g, i] < 2:
+                continue
+            for j in range(num_uavs):
+                if j != i and cell_load[g, j] > 0 and cell[g, j] == cell[g, i]:
+                    losses[g, i] += lost[j]
+    return losses
