@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help install test lint format reproduce ablation report bench clean
+.PHONY: help install test lint format reproduce ablation report ladder bench clean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
@@ -38,6 +38,9 @@ reproduce: install ## train and evaluate all of runs/paper.yaml, then write its 
 
 ablation: install ## train and evaluate all of runs/ablation.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/ablation.yaml --jobs $(JOBS)
+
+ladder: install ## train and evaluate all of runs/ladder.yaml: what a UAV must know
+	$(BIN)/lawn-sb3 reproduce runs/ladder.yaml --jobs $(JOBS)
 
 report: install ## rebuild tables, figures and verdicts from the results kept in runs/reference, without training
 	$(BIN)/lawn-sb3 report runs/paper.yaml --runs runs/reference/paper

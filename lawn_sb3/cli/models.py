@@ -11,14 +11,13 @@ from lawn_sb3.cli.console import (
     PAPER_RECIPE,
     AsJson,
     Changes,
-    ScenarioName,
     fail,
     interruptible,
     messages,
     print_figures,
     say,
 )
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished, run_cell, try_method, write_rows
 from lawn_sb3.experiment.evaluation import flies_alone, fly, summarize
 from lawn_sb3.experiment.players import load_player, load_run
@@ -35,14 +34,25 @@ app = typer.Typer()
 @app.command()
 def train(
     out: Annotated[Path, typer.Option(help="run directory to write; a cut training in it is resumed")],
-    algo: Annotated[str, typer.Option(help=f"algorithm: {', '.join(ALGORITHMS)}")] = "mappo",
+    recipe_path: Annotated[
+        Path | None,
+        typer.Option("--recipe", help="recipe whose --method is trained, on its game and with its settings"),
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="method of the --recipe")] = None,
+    algo: Annotated[
+        str | None, typer.Option(help=f"algorithm: {', '.join(ALGORITHMS)}; default: mappo, or the method's own")
+    ] = None,
     policy: Annotated[
         str | None, typer.Option(help="NAME of policies/NAME.py, or package.module:Class; default: the algorithm's own")
     ] = None,
-    scenario: ScenarioName = "paper",
+    scenario: Annotated[
+        str | None, typer.Option(help="preset or YAML file; default: paper, or the recipe's own")
+    ] = None,
     changes: Changes = [],  # noqa: B006
     seed: Annotated[int, typer.Option(min=0, help="seed of everything random in training")] = 0,
-    env_steps: Annotated[int, typer.Option(min=1, help="budget: joint slots of one game")] = 150_000,
+    env_steps: Annotated[
+        int | None, typer.Option(min=1, help="budget: joint slots of one game; default: 150000, or the method's own")
+    ] = None,
     num_games: Annotated[
         int | None, typer.Option(min=1, help="games played side by side; default: as in runs/paper.yaml")
     ] = None,
@@ -54,20 +64,44 @@ def train(
 ) -> None:
     """Train one model and evaluate it on 200 episodes.
 
-    Settings that --hyperparams does not name are those of runs/paper.yaml for the same algorithm and policy.
+    Settings that --hyperparams does not name are those of the recipe's method; without --recipe, those of
+    runs/paper.yaml for the same algorithm and policy.
     """
-    chosen = policy or DEFAULT_POLICIES.get(algo)
-    known = _paper_method(algo, chosen)
-    settings = {**(known.settings if known else {}), **parse_overrides(hyperparams, "--hyperparams"), "device": device}
-    values = {
-        "label": out.resolve().name,
-        "algo": algo,
-        "policy": chosen,
-        "env_steps": env_steps,
-        "num_games": num_games or (known.num_games if known else 64),
-        "settings": settings,
-    }
-    cell = Cell(out.resolve().name, parse_method(values), seed, load_scenario(scenario, changes), Evaluation(), out)
+    changed = {**parse_overrides(hyperparams, "--hyperparams"), "device": device}
+    if (recipe_path is None) != (method is None):
+        raise UserError("name both --recipe FILE and --method NAME, or neither")
+    recipe = load_recipe(recipe_path) if recipe_path is not None else None
+    if recipe is not None and method is not None:
+        if method not in recipe.methods:
+            raise unknown_name("method", method, recipe.methods)
+        known: Method | None = recipe.methods[method]
+        if algo is not None or policy is not None:
+            raise UserError("--recipe: algorithm and policy are those of its --method; leave out --algo and --policy")
+        assert known is not None
+        if known.algo is None:
+            raise UserError(
+                f"method {method!r} is a player without training; lawn-sb3 evaluate --player {known.player}"
+            )
+        values = known.model_dump()
+        game = recipe.game() if scenario is None else load_scenario(scenario)
+    else:
+        chosen = algo or "mappo"
+        known = _paper_method(chosen, policy or DEFAULT_POLICIES.get(chosen))
+        values = {
+            "label": out.resolve().name,
+            "algo": chosen,
+            "policy": policy or DEFAULT_POLICIES.get(chosen),
+            "env_steps": 150_000,
+            "num_games": known.num_games if known else 64,
+            "settings": known.settings if known else {},
+        }
+        game = load_scenario(scenario or "paper")
+    if changes:
+        game = parse_scenario({**game.model_dump(), **parse_overrides(changes)}, where=f"scenario {game.name!r}")
+    values["settings"] = {**values["settings"], **changed}
+    values |= {key: value for key, value in (("env_steps", env_steps), ("num_games", num_games)) if value is not None}
+    evaluation = recipe.evaluation if recipe is not None else Evaluation()
+    cell = Cell(out.resolve().name, parse_method(values), seed, game, evaluation, out)
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
     if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():

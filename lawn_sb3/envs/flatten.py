@@ -198,7 +198,9 @@ def make_vec_env(
     """
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
-    games = TrainingEnv(scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit)
+    games = TrainingEnv(
+        scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit
+    )
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"
     )

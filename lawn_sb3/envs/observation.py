@@ -77,7 +77,12 @@ class ObservationLayout:
     @property
     def flat_dim(self) -> int:
         """Length of the flat observation."""
-        return self.index.stop
+        return self.local_dim + self.extras_dim + self.state_dim + self.num_uavs * self.with_index
+
+    @property
+    def extras_dim(self) -> int:
+        """Length of what stands between o_i and x."""
+        return sum(self._width(extra) for extra in self.extras)
 
     @property
     def local(self) -> slice:
@@ -87,7 +92,7 @@ class ObservationLayout:
     @property
     def state(self) -> slice:
         """Columns of x in the flat observation."""
-        start = self.local_dim + sum(self._width(extra) for extra in self.extras)
+        start = self.local_dim + self.extras_dim
         return slice(start, start + self.state_dim)
 
     @property

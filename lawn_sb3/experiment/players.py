@@ -17,13 +17,13 @@ from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.algos.iql import IQL
 from lawn_sb3.envs import FlatVecEnv, ObservationLayout, Observer, make_vec_env
+from lawn_sb3.envs.observation import EXTRAS, NOT_BY_N
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.contract import line_in_own_file, policy_error
 from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.experiment.registry import find_algorithm, find_player
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
-from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import Scenario
@@ -61,7 +61,7 @@ class ModelPlayer:
             )
             raise UserError(f"{self.name} was trained for {trained} and cannot play with {asked}")
         self._memory: Any = None
-        self._slack: int | None = self.model.env.get_attr("slack", [0])[0] if self.model.env is not None else None
+        self._slack = training_slack(self.model)
         if not self.deterministic:
             self.model.set_random_seed(int(rng.integers(2**31)))
 
@@ -74,12 +74,12 @@ class ModelPlayer:
         :param simulator: the games
         :return: indices into the action table [G, N]
         """
-        state, rules = simulator.state, simulator.rules
+        state = simulator.state
         flat = self._observer.flat(state)
         if self._is_moved:
-            local = flat[..., self._layout.local]
-            flat = np.zeros((*local.shape[:2], self._layout.flat_dim), dtype=np.float32)
-            flat[..., self._layout.local] = local
+            seen = flat[..., self._observer.layout.seen(())]
+            flat = np.zeros((*seen.shape[:2], self._layout.flat_dim), dtype=np.float32)
+            flat[..., self._layout.seen(())] = seen
         more: dict[str, Any] = {}
         if isinstance(self.model, MaskablePPO):
             masks = simulator.allowed_moves(self._slack)
@@ -105,13 +105,26 @@ def training_layout(model: BaseAlgorithm) -> ObservationLayout:
     return layout
 
 
+def training_slack(model: BaseAlgorithm) -> int | None:
+    """The slack that a model's moves were held to in training.
+
+    :param model: a model with its training environment
+    :return: slots; none if its moves need not be in time
+    """
+    assert model.env is not None
+    slack: int | None = model.env.get_attr("slack", [0])[0]
+    return slack
+
+
 def can_be_moved(model: BaseAlgorithm) -> bool:
     """Whether the actor of a model can be flown with another number of UAVs than it was trained with.
 
     :param model: a model with its training environment
     :return: false if its networks belong to single UAVs, or know them by their index
     """
-    return not isinstance(model, IQL) and not training_layout(model).with_index
+    layout = training_layout(model)
+    sees = {*layout.extras, *getattr(model.policy, "sees", ())}
+    return not isinstance(model, IQL) and not layout.with_index and NOT_BY_N.issuperset(sees)
 
 
 def training_env(cell: Cell) -> FlatVecEnv:
@@ -122,13 +135,17 @@ def training_env(cell: Cell) -> FlatVecEnv:
     """
     method = cell.method
     assert method.policy is not None
+    policy = find_policy(method.policy)
     return make_vec_env(
         cell.scenario,
         method.num_games,
         seed=cell.seed,
         continuation=method.continuation,
         without_reward=method.without_reward,
-        with_index=getattr(find_policy(method.policy), "needs_index", False),
+        with_index=getattr(policy, "needs_index", False),
+        extras=[extra for extra in EXTRAS if extra in getattr(policy, "sees", ())],
+        slack=method.slack,
+        credit=method.credit,
     )
 
 

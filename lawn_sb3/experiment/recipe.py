@@ -12,11 +12,14 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from stable_baselines3.common.utils import LinearSchedule
 
 import lawn_sb3
+from lawn_sb3.envs.observation import NOT_BY_N
+from lawn_sb3.envs.training_env import Credit
 from lawn_sb3.errors import UserError, explain, unknown_name
 from lawn_sb3.experiment.policies import find_policy, policy_digest
 from lawn_sb3.experiment.registry import (
     ALGORITHMS,
     DEFAULT_POLICIES,
+    MASKED,
     PLAYERS,
     accepted_settings,
     find_algorithm,
@@ -67,6 +70,10 @@ class Method(BaseModel):
     without_reward: tuple[RewardTerm, ...] = Field(
         (), description="terms of the reward that training leaves out; the evaluation counts them all"
     )
+    slack: int | None = Field(
+        None, ge=0, description="in-time moves alone, in training and play: arrival by T_min and so many slots"
+    )
+    credit: Credit = Field("own", description="whose reward training gives a UAV")
     baseline: str | None = Field(None, description="method of the same recipe that this one is an ablation of")
 
     @model_validator(mode="before")
@@ -100,10 +107,11 @@ class Method(BaseModel):
         if self.player is not None:
             if self.player not in PLAYERS:
                 raise unknown_name("player", self.player, PLAYERS)
-            if self.env_steps or self.settings or self.policy or self.without_reward or self.baseline:
+            trains = self.env_steps or self.settings or self.policy or self.without_reward or self.baseline
+            if trains or self.slack is not None or self.credit != "own":
                 raise ValueError(
                     f"method {self.label!r} is a player without training: no policy, env_steps, settings, "
-                    "without_reward or baseline"
+                    "without_reward, slack, credit or baseline"
                 )
             return self
         assert self.algo is not None
@@ -114,6 +122,10 @@ class Method(BaseModel):
         needed = getattr(ALGORITHMS[self.algo], "continuation", self.continuation)
         if self.continuation != needed:
             raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
+        if self.slack is not None and self.algo not in MASKED:
+            raise ValueError(f"method {self.label!r}: {self.algo} takes no slack, {' and '.join(MASKED)} do")
+        if self.credit == "team" and self.algo != "mappo-episodes":
+            raise ValueError(f"method {self.label!r}: credit team needs mappo-episodes, where games are whole")
         known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT
         for key in self.settings:
             if key not in known:
@@ -321,7 +333,9 @@ def fits_any_num_uavs(method: Method) -> bool:
     """
     if method.algo is None or method.policy is None:
         return True
-    return method.algo != "iql" and not getattr(find_policy(method.policy), "needs_index", False)
+    policy = find_policy(method.policy)
+    sees_others = not NOT_BY_N.issuperset(getattr(policy, "sees", ()))
+    return method.algo != "iql" and not getattr(policy, "needs_index", False) and not sees_others
 
 
 def _check_scaling(recipe: Recipe, scaling: Scaling) -> None:

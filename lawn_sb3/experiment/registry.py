@@ -10,8 +10,9 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
 import lawn_sb3
+from lawn_sb3.algos.imitate import Imitate
 from lawn_sb3.algos.iql import IQL, LEARNERS
-from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
+from lawn_sb3.algos.mappo import MAPPO, EpisodeMAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
@@ -20,6 +21,9 @@ from lawn_sb3.planning import (
     BoundPlayer,
     EquilibriumPlayer,
     ForecastPlayer,
+    MeanFieldDestinationsPlayer,
+    MeanFieldMemoryPlayer,
+    MeanFieldPlayer,
     ShortestPathPlayer,
     WelfarePlayer,
     WorstEquilibriumPlayer,
@@ -27,16 +31,35 @@ from lawn_sb3.planning import (
 
 TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
+    "mappo-episodes": {EpisodeMAPPO.policy_base: EpisodeMAPPO},
+    "imitate": {Imitate.policy_base: Imitate},
     "iql": dict.fromkeys(LEARNERS, IQL),
     "qmix": {QMIXPolicy: QMIX},
 }
 """What the policies of an algorithm derive from, and its class for each; the first that fits counts."""
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {"mappo": MAPPO, "iql": IQL, "qmix": QMIX}
-DEFAULT_POLICIES: dict[str, str] = {"mappo": "centralized_critic", "iql": "local_q", "qmix": "monotonic_mixer"}
+ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
+    "mappo": MAPPO,
+    "mappo-episodes": EpisodeMAPPO,
+    "imitate": Imitate,
+    "iql": IQL,
+    "qmix": QMIX,
+}
+DEFAULT_POLICIES: dict[str, str] = {
+    "mappo": "centralized_critic",
+    "mappo-episodes": "knows_clock",
+    "imitate": "knows_clock",
+    "iql": "local_q",
+    "qmix": "monotonic_mixer",
+}
+MASKED = ("mappo-episodes", "imitate")
+"""The algorithms whose moves can be held to those that are in time."""
 PLANNERS: dict[str, Callable[[], Player]] = {
     "shortest-path": ShortestPathPlayer,
     "best-route": BestRoutePlayer,
     "forecast": ForecastPlayer,
+    "mean-field": MeanFieldPlayer,
+    "mean-field-memory": MeanFieldMemoryPlayer,
+    "mean-field-destinations": MeanFieldDestinationsPlayer,
     "equilibrium": EquilibriumPlayer,
     "worst-equilibrium": WorstEquilibriumPlayer,
     "welfare": WelfarePlayer,

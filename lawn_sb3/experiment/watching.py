@@ -14,6 +14,7 @@ from stable_baselines3.common.logger import KVWriter
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
+from lawn_sb3.algos.mappo import EpisodeMAPPO
 from lawn_sb3.experiment.evaluation import evaluate, summarize
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.recipe import Cell
@@ -123,7 +124,8 @@ class Watch(BaseCallback):
         self.next_record = self.env_steps + self.cell.evaluation.record_every
         self.logger.record("time/env_steps", self.env_steps)
         slots_so_far = self.num_timesteps // self.training_env.num_envs
-        if slots_so_far <= self.cell.scenario.max_slots:
+        whole = isinstance(self.model, EpisodeMAPPO)  # no mission is left out there
+        if slots_so_far <= self.cell.scenario.max_slots and not whole:
             self._missions.clear()  # until the first deadline only successful missions can have ended
         if self._missions:
             reward, success, slots, utility = np.mean(self._missions, axis=0)

@@ -92,11 +92,30 @@ def moves_in_time(
     :param max_voxel_steps: v_max
     :return: true for such a move [..., A]; at least one always is
     """
-    ends = positions[..., None, :] + actions
-    inside = ((ends >= 0) & (ends < np.array(grid))).all(axis=-1)
-    needed = -(-np.abs(ends - destinations[..., None, :]).sum(axis=-1) // max_voxel_steps)
-    least = np.where(inside, needed, np.iinfo(np.int64).max).min(axis=-1)
-    return np.asarray(inside & (needed <= np.maximum(slots_left - 1, least)[..., None]))
+    shape = positions.shape[:-1]
+    here, goal = (np.ascontiguousarray(voxels, dtype=np.int64).reshape(-1, 3) for voxels in (positions, destinations))
+    left = np.ascontiguousarray(np.broadcast_to(slots_left, shape), dtype=np.int64).ravel()
+    return _moves_in_time(here, goal, left, actions, grid, max_voxel_steps).reshape(*shape, len(actions))
+
+
+@njit
+def _moves_in_time(
+    positions: Ints, destinations: Ints, slots_left: Ints, actions: Ints, grid: Voxel, max_voxel_steps: int
+) -> NDArray[np.bool_]:
+    allowed = np.zeros((len(positions), len(actions)), dtype=np.bool_)
+    needed = np.empty(len(actions), dtype=np.int64)
+    for k in range(len(positions)):
+        goal = destinations[k, 0], destinations[k, 1], destinations[k, 2]
+        enough = slots_left[k] - 1
+        least = -1
+        for a in range(len(actions)):
+            end = positions[k, 0] + actions[a, 0], positions[k, 1] + actions[a, 1], positions[k, 2] + actions[a, 2]
+            needed[a] = min_slots(end, goal, max_voxel_steps) if is_inside(end, grid) else -1
+            if needed[a] >= 0 and (least < 0 or needed[a] < least):
+                least = needed[a]
+        for a in range(len(actions)):
+            allowed[k, a] = 0 <= needed[a] <= max(enough, least)
+    return allowed
 
 
 @njit

@@ -119,9 +119,7 @@ class Simulator:
         if slack is None:
             return moves_inside(state.position, rules.actions, rules.grid)
         left = np.minimum(state.min_slots + slack, rules.max_slots) - state.slot
-        return moves_in_time(
-            state.position, state.destination, left, rules.actions, rules.grid, rules.max_voxel_steps
-        )
+        return moves_in_time(state.position, state.destination, left, rules.actions, rules.grid, rules.max_voxel_steps)
 
     def snapshot(self) -> Snapshot:
         """Copy all that the future depends on, random state included.

@@ -3,6 +3,11 @@
 from lawn_sb3.planning.best_route import BestRoutePlayer, BoundPlayer
 from lawn_sb3.planning.equilibrium import EquilibriumPlayer, WelfarePlayer, WorstEquilibriumPlayer
 from lawn_sb3.planning.forecast import ForecastPlayer
+from lawn_sb3.planning.mean_field import (
+    MeanFieldDestinationsPlayer,
+    MeanFieldMemoryPlayer,
+    MeanFieldPlayer,
+)
 from lawn_sb3.planning.plan_player import PlanPlayer
 from lawn_sb3.planning.shortest_path import ShortestPathPlayer
 
@@ -11,6 +16,9 @@ __all__ = [
     "BoundPlayer",
     "EquilibriumPlayer",
     "ForecastPlayer",
+    "MeanFieldDestinationsPlayer",
+    "MeanFieldMemoryPlayer",
+    "MeanFieldPlayer",
     "PlanPlayer",
     "ShortestPathPlayer",
     "WelfarePlayer",

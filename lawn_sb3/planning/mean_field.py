@@ -1,8 +1,8 @@
 """The mean-field planners: every UAV plans anew in every slot, by what experience says of the cells it may come to.
 
-They are a belief about what the best is that UAVs can do with so much knowledge, not a proof. Each UAV's flight is exact
-against the means that it expects; that everybody flies so and the means come true is one fixed point among others, and
-a UAV does not plan for what it will see on its way.
+They are a belief about what the best is that UAVs can do with so much knowledge, not a proof. Each UAV's flight is
+exact against the means that it expects; that everybody flies so and the means come true is one fixed point among
+others, and a UAV does not plan for what it will see on its way.
 """
 
 from __future__ import annotations

@@ -8,6 +8,7 @@ true: a fixed point. There may be several, and none is proven to be the best tha
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
+from lawn_sb3.game.kernel import Rules, State, bias_horizon
 from lawn_sb3.game.payoff import slot_weight
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 from lawn_sb3.game.simulator import Simulator
@@ -106,7 +107,7 @@ def _play_round(simulator: Simulator, tables: Tables, fit: Fit, same: Ints) -> N
     came: list[_Slot] = []
     arrived = np.zeros_like(simulator.state.flying)
     while simulator.state.flying.any():
-        seen.append(State(*(part.copy() for part in simulator.state)))
+        seen.append(copy.deepcopy(simulator.state))
         actions = first_moves(rules, simulator.state, tables, fit.senses, fit.slack)
         arrived |= simulator.step(actions).arrived
         x, y, z = np.moveaxis(simulator.state.position, -1, 0)
@@ -188,7 +189,7 @@ def _note_slot(
                         for row in rows:
                             if row >= 0:
                                 _note(tables.rows.sums, tables.rows.counts, row, k, b, share, loss_mbps)
-                        _note(tables.cells.sums, tables.cells.counts, alone[b], k, 0, share, loss_mbps)
+                        _note(tables.cells.sums, tables.cells.counts, int(alone[b]), k, 0, share, loss_mbps)
                         _note(tables.anyhow.sums, tables.anyhow.counts, 0, k, b, share, loss_mbps)
 
 

@@ -1,9 +1,9 @@
 """The best flight of one UAV against what it expects of the cells, instead of what the others are known to do.
 
-It is the recursion of ``flight.best_flight`` with two differences. The RB share that the UAV will get in a cell need not
-be a whole number: eq:rate is linear in the share, so the expected rate is that of the expected share. And nobody's
-position is known, so no collision can be avoided. Only the first move is of use, everything being planned anew in the
-next slot; the recursion keeps no others, and looks at no voxel outside the box that the flight can be in.
+It is the recursion of ``flight.best_flight`` with two differences. The RB share that the UAV will get in a cell need
+not be a whole number: eq:rate is linear in the share, so the expected rate is that of the expected share. And
+nobody's position is known, so no collision can be avoided. Only the first move is of use, everything being planned
+anew in the next slot; the recursion keeps no others, and looks at no voxel outside the box that the flight can be in.
 """
 
 from __future__ import annotations

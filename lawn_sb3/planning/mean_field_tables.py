@@ -112,7 +112,7 @@ def cell_row(cell: int, own: int, sight: Ints, seen_in: int, total: int, told_ap
     row = (row * told_apart + min(sight[0, seen_in], top)) * told_apart + min(total, top)
     if sight.shape[0] > 1:
         row = row * told_apart + min(sight[1, seen_in], top)
-    return row
+    return int(row)
 
 
 @njit

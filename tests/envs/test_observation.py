@@ -140,7 +140,7 @@ def test_other_uavs_show_in_a_local_observation_through_the_cell_loads_alone(
     after = copy.deepcopy(before)
     others = np.arange(scenario.num_uavs) != uav
     for mine, theirs in zip(after, elsewhere, strict=True):
-        if mine is not after.cell_load:
+        if mine is not after.cell_load and mine is not after.past_load:
             mine[:, others] = theirs[:, others]
     np.testing.assert_array_equal(observer.local(after)[:, uav], observer.local(before)[:, uav])
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from typing import Literal
 
+import numpy as np
 import torch as th
 from torch import nn
 from torch.nn import functional
@@ -43,6 +44,7 @@ class Encoder(nn.Module):
     action: th.Tensor
     cell_of: th.Tensor
     num_rbs: th.Tensor
+    last: th.Tensor
 
     def __init__(
         self,
@@ -60,8 +62,8 @@ class Encoder(nn.Module):
         self.sees, self.loads, self.inputs = tuple(sees), loads, inputs
         self.counted = min(layout.num_uavs - 1, MOST_COUNTED)
         tables = frames(scenario, symmetric)
-        num_rbs = th.as_tensor(scenario.num_rbs)
-        for name, table in (*tables._asdict().items(), ("cell_of", radio_map(scenario).cell), ("num_rbs", num_rbs)):
+        known = {"cell_of": radio_map(scenario).cell, "num_rbs": scenario.num_rbs, "last": np.array(scenario.grid) - 1}
+        for name, table in {**tables._asdict(), **known}.items():
             self.register_buffer(name, th.as_tensor(table), persistent=False)
         self.width = self.forward(th.zeros(1, layout.flat_dim))[0].shape[1]
 
@@ -72,14 +74,19 @@ class Encoder(nn.Module):
         :return: features [B, width], and the index of the turn [B]
         """
         layout = self.layout
-        here, goal = (_voxels(seen[:, columns]) for columns in (layout.position, layout.destination))
+        here, goal = (self.voxels(seen[:, columns]) for columns in (layout.position, layout.destination))
         turn = self._turn(here, goal)
         place, target = self._turned(here, turn), self._turned(goal, turn)
         least, clock = seen[:, layout.min_slots] * SLOT_UNIT, seen[:, layout.extra("clock")] * SLOT_UNIT
         steps = (goal - here).abs().sum(dim=1, keepdim=True)
-        parts = [*self._places(place, target), least / SLOT_UNIT, steps / POSITION_UNIT_VOXELS, seen[:, layout.ema_rate]]
+        parts = [
+            *self._places(place, target),
+            least / SLOT_UNIT,
+            steps / POSITION_UNIT_VOXELS,
+            seen[:, layout.ema_rate],
+        ]
         needed = (steps + self.max_voxel_steps - 1).div(self.max_voxel_steps, rounding_mode="floor")
-        parts.append(functional.one_hot(needed[:, 0].clamp(max=MOST_COUNTED), MOST_COUNTED + 1).float())
+        parts.append(functional.one_hot(needed[:, 0].clamp(min=0, max=MOST_COUNTED), MOST_COUNTED + 1).float())
         if "clock" in self.sees:
             parts += [clock / SLOT_UNIT, (least - clock) / SLOT_UNIT, least - clock - needed]
         own = self.cell_of[here[:, 0], here[:, 1], here[:, 2]]  # [B]
@@ -90,7 +97,7 @@ class Encoder(nn.Module):
         if "destinations" in self.sees:
             parts += self._counts(seen[:, layout.extra("destinations")], turn, None)[:1]
         if "intents" in self.sees:
-            others = _voxels(seen[:, layout.extra("intents")]).reshape(len(seen), -1, 2, 3)
+            others = self.voxels(seen[:, layout.extra("intents")].reshape(len(seen), -1, 2, 3))
             parts += self.others(others, place, turn)
         if "state" in self.sees:
             uavs = seen[:, layout.state][:, layout.state_uavs].reshape(len(seen), -1, OWN)
@@ -113,7 +120,16 @@ class Encoder(nn.Module):
         :param turn: the index of each row's turn [B]
         :return: in voxels [B, 3]
         """
-        return self._turned(_voxels(seen[:, self.layout.position]), turn)
+        return self._turned(self.voxels(seen[:, self.layout.position]), turn)
+
+    def voxels(self, columns: th.Tensor) -> th.Tensor:
+        """Whole voxel coordinates inside the airspace, of observed ones.
+
+        :param columns: coordinates as they are observed [..., 3]
+        :return: voxels [..., 3]
+        """
+        whole = (columns * POSITION_UNIT_VOXELS).round().long()
+        return th.minimum(whole.clamp(min=0), self.last)
 
     def _remembered(self) -> list[slice]:
         """Columns of the loads of each slot that is remembered."""
@@ -186,8 +202,3 @@ class Encoder(nn.Module):
             loads = th.zeros(len(at), self.layout.num_gbs, device=at.device).scatter_add_(1, turned, there.float())
             parts.append(loads / LOAD_UNIT_UAVS * 2.0)
         return parts
-
-
-def _voxels(columns: th.Tensor) -> th.Tensor:
-    """Whole voxel coordinates of observed ones."""
-    return (columns * POSITION_UNIT_VOXELS).round().long()

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import torch as th
+from gymnasium import spaces
 from numpy.typing import NDArray
 from sb3_contrib.common.maskable.buffers import MaskableRolloutBufferSamples
 from stable_baselines3.common.callbacks import BaseCallback
@@ -27,7 +28,8 @@ class EpisodeBuffer(NormalizedMaskableBuffer):
         """Forget everything."""
         self._slots: list[tuple[NDArray[Any], ...]] = []
         self._rewards: list[NDArray[np.float32]] = []  # of all UAVs, also of those that wait [G * N]
-        self.mask_dims = int(self.action_space.n)  # type: ignore[attr-defined]
+        assert isinstance(self.action_space, spaces.Discrete)
+        self.mask_dims = int(self.action_space.n)
         self.observations = np.zeros((0, *self.obs_shape), dtype=np.float32)  # type: ignore[misc]
         self.values = self.returns = np.zeros(0, dtype=np.float32)
         self.pos, self.full, self.generator_ready = 0, False, True
@@ -134,7 +136,7 @@ class EpisodeMAPPO(MaskableMAPPO):
         :return: false if the callback ended the training
         """
         assert isinstance(env, FlatVecEnv)
-        num_uavs = self.policy.layout.num_uavs  # type: ignore[attr-defined]
+        num_uavs = env.games[0].scenario.num_uavs
         self.policy.set_training_mode(False)
         rollout_buffer.reset()
         callback.on_rollout_start()

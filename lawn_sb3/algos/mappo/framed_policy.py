@@ -16,7 +16,7 @@ from torch import nn
 
 from lawn_sb3.algos.common.encoder import Encoder, Inputs
 from lawn_sb3.algos.mappo.policies import MaskableCTDEPolicy
-from lawn_sb3.envs.observation import OWN, POSITION_UNIT_VOXELS, ObservationLayout, Sight
+from lawn_sb3.envs.observation import OWN, ObservationLayout, Sight
 from lawn_sb3.scenario import Scenario
 
 
@@ -36,7 +36,8 @@ class FramedLayers(nn.Module):
         self.layout, self.sees = policy.layout, policy.sees
         options: dict[str, Any] = {"symmetric": policy.symmetric, "inputs": policy.inputs}
         self.encoder = Encoder(policy.scenario, self.layout, self.sees, policy.looks_at_loads, **options)
-        self.critic_encoder = Encoder(policy.scenario, self.layout, ("clock",), **options)
+        with_clock: tuple[Sight, ...] = ("clock",)
+        self.critic_encoder = Encoder(policy.scenario, self.layout, with_clock, **options)
         self.policy_net = nn.Sequential(*create_mlp(self.encoder.width, num_actions, net_arch["pi"], activation_fn))
         probe = self.critic_input(th.zeros(1, self.layout.flat_dim))
         self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
@@ -57,7 +58,8 @@ class FramedLayers(nn.Module):
         :return: logits [B, A]
         """
         features, turn = self.encoder(flat[:, self.layout.seen(self.sees)])
-        return self.encoder.turn_back(self.policy_net(features), turn)
+        logits: th.Tensor = self.policy_net(features)
+        return self.encoder.turn_back(logits, turn)
 
     def forward_critic(self, flat: th.Tensor) -> th.Tensor:
         """Run the critic's hidden layers.
@@ -82,7 +84,7 @@ class FramedLayers(nn.Module):
         itself = (uavs == flat[:, None, :OWN]).all(dim=-1).long().argmax(dim=1, keepdim=True)
         others = (itself + th.arange(1, self.layout.num_uavs, device=flat.device)) % self.layout.num_uavs  # [B, N - 1]
         rows = th.arange(len(flat), device=flat.device)[:, None]
-        places = (uavs[rows, others, :6] * POSITION_UNIT_VOXELS).round().long().reshape(len(flat), -1, 2, 3)
+        places = encoder.voxels(uavs[rows, others, :6].reshape(len(flat), -1, 2, 3))
         place = encoder.turned_position(flat, turn)
         return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 

@@ -55,7 +55,8 @@ def _check(model: BaseAlgorithm, games: Games, training: bool) -> None:
             f"{changed} change when the same is asked again with the same seeds; an answer may depend on nothing but "
             "weights, observation and torch's random state"
         )
-    for becomes, flat in islice(with_other_states(games), 2 if training else None):
+    may_see_x = "state" in getattr(model.policy, "sees", ())
+    for becomes, flat in islice(with_other_states(games), 0 if may_see_x else 2 if training else None):
         _refuse_reading(said, ask(model, games, flat, training), f"when x becomes {becomes}")
     for kept, flat in islice(beside_other_slots(games), 1 if training else None):
         then = ask(model, games, flat, training)
@@ -72,7 +73,8 @@ def _check_moved(model: BaseAlgorithm, games: Games) -> None:
     _move_weights(model.policy)
     try:
         said = ask(model, games, games.flat)
-        others = [(becomes, ask(model, games, flat)) for becomes, flat in islice(with_other_states(games), 2)]
+        count = 0 if "state" in getattr(model.policy, "sees", ()) else 2
+        others = [(becomes, ask(model, games, flat)) for becomes, flat in islice(with_other_states(games), count)]
     except (Breach, ArithmeticError, RuntimeError, ValueError):
         return  # weights that training would never come to, such as a variance below 0
     for becomes, then in others:

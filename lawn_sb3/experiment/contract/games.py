@@ -15,7 +15,6 @@ from torch.distributions import Distribution
 
 from lawn_sb3.envs import ObservationLayout
 from lawn_sb3.envs.observation import OWN, POSITION_UNIT_VOXELS
-from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
 
 Flat = NDArray[np.float32]
@@ -65,7 +64,7 @@ def play(model: BaseAlgorithm) -> Games:
             simulator.step(rng.integers(simulator.num_actions, size=simulator.state.flying.shape))
             simulator.go_on()
         flat.append(observer.flat(simulator.state))
-        inside.append(moves_inside(simulator.state.position, simulator.rules.actions, simulator.rules.grid))
+        inside.append(simulator.allowed_moves())
     moves = (simulator.rules.actions / POSITION_UNIT_VOXELS).astype(np.float32)
     return Games(np.stack(flat), np.stack(inside), moves, observer.layout, seed)
 
