@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -32,7 +33,11 @@ def plan(
     seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
     slack: Annotated[
         int | None,
-        typer.Option(min=0, max=ANY_SLACK, help="slots beyond T_min a flight may take; default: forecast 0, others 5"),
+        typer.Option(
+            min=0,
+            max=ANY_SLACK,
+            help="slots beyond T_min a flight may take; default: forecast and mean-field 0, others 5",
+        ),
     ] = None,
     starts: Annotated[
         int | None, typer.Option(min=1, help="starts of the search for equilibria and welfare; default: 16")
@@ -57,6 +62,8 @@ def plan(
             raise UserError(f"{str(path)!r} cannot be written: there is no folder {str(path.parent)!r}")
     settings: dict[str, Any] = {"slack": slack, "starts": starts}
     given = {key: value for key, value in settings.items() if value is not None}
+    if player in PLANNERS and "on_round" in inspect.signature(PLANNERS[player]).parameters:
+        given["on_round"] = lambda done, rounds: say(f"fitting: round {done} of {rounds}")
     try:
         with _progress() as advance:
             figures, flights = plan_episodes(player, game, episodes, seed, advance, regret, **given)

@@ -40,9 +40,9 @@ Ints = NDArray[np.int64]
 OnRound = Callable[[int, int], None]
 """Called after each round with the rounds done and all rounds."""
 
-KEPT = 0.7
+KEPT = 0.8
 """The part of what was seen in earlier rounds that counts on in the next."""
-MOST_EPISODES = 4_000
+MOST_EPISODES = 6_000
 MOST_WORK = 1e6
 """Slots of all flights of a round, squared: flights are long where the airspace is large, and each slot costs more."""
 
@@ -186,9 +186,10 @@ def _note_slot(
                     k = bucket(s)
                     for b in range(num_gbs):
                         share, loss_mbps = outcome[s, image[b], 0], outcome[s, image[b], 1]
-                        for row in rows:
+                        for level in range(len(rows)):
+                            row = int(rows[level])
                             if row >= 0:
-                                _note(tables.rows.sums, tables.rows.counts, row, k, b, share, loss_mbps)
+                                _note(tables.rows.sums, tables.rows.counts, int(row), k, b, share, loss_mbps)
                         _note(tables.cells.sums, tables.cells.counts, int(alone[b]), k, 0, share, loss_mbps)
                         _note(tables.anyhow.sums, tables.anyhow.counts, 0, k, b, share, loss_mbps)
 

@@ -22,7 +22,7 @@ Ints = NDArray[np.int64]
 PRIOR_FLIGHTS = 10.0
 """Flights that a mean over those who knew less counts for."""
 MOST_ROWS = 2**15
-MOST_CELL_ROWS = 2**20
+MOST_CELL_ROWS = 2**17
 MOST_MEANS = 2**21
 """Bounds on the tables: sights, sights of one cell alone, and buckets of slots and cells of all sights."""
 MOST_TOLD_APART = 17

@@ -30,7 +30,7 @@ class EpisodeBuffer(NormalizedMaskableBuffer):
         self._rewards: list[NDArray[np.float32]] = []  # of all UAVs, also of those that wait [G * N]
         assert isinstance(self.action_space, spaces.Discrete)
         self.mask_dims = int(self.action_space.n)
-        self.observations = np.zeros((0, *self.obs_shape), dtype=np.float32)  # type: ignore[misc]
+        self.observations = np.zeros((0, *self.obs_shape), dtype=np.float32)
         self.values = self.returns = np.zeros(0, dtype=np.float32)
         self.pos, self.full, self.generator_ready = 0, False, True
 

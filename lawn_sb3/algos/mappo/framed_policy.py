@@ -77,6 +77,7 @@ class FramedLayers(nn.Module):
         :return: features [B, anything]
         """
         encoder = self.critic_encoder
+        own: th.Tensor
         own, turn = encoder(flat)
         if self.layout.num_uavs == 1:
             return own
