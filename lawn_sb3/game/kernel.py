@@ -195,6 +195,8 @@ def remember_loads(state: State) -> None:
     """
     cell_load, past_load = state.cell_load, state.past_load
     for g in range(past_load.shape[0]):
+        if not state.flying[g].any():
+            continue
         for h in range(past_load.shape[1] - 1, 0, -1):
             past_load[g, h] = past_load[g, h - 1]
         past_load[g, 0] = cell_load[g]

@@ -22,6 +22,7 @@ from torch import nn
 from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy, MaskableCTDEPolicy, RecurrentCTDEPolicy
 from lawn_sb3.algos.qmix import QMIXPolicy
 from lawn_sb3.envs import make_vec_env
+from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.contract import check_policy, policy_error, where
 from lawn_sb3.experiment.policies import find_policy
@@ -46,7 +47,8 @@ def built(policy: type[BasePolicy], scenario: Scenario = SMALL, **kwargs: Any) -
     assert name is not None
     algorithm: Any = find_algorithm(name, policy)
     with_index = getattr(policy, "needs_index", False)
-    env = make_vec_env(scenario, NUM_GAMES, continuation=algorithm.continuation, with_index=with_index)
+    extras = [sight for sight in getattr(policy, "sees", ()) if sight in EXTRAS]
+    env = make_vec_env(scenario, NUM_GAMES, continuation=algorithm.continuation, with_index=with_index, extras=extras)
     model: BaseAlgorithm = algorithm(policy, env, seed=0, device="cpu", **{**SETTINGS[name], **kwargs})
     return model
 

@@ -208,7 +208,7 @@ def with_other_others(simulator: Simulator, i: int, rng: np.random.Generator) ->
             position = rng.choice(voxels[rules.cell.ravel() == cell])
             state.position[g, j] = position
             state.destination[g, j] = rng.choice(voxels[(voxels != position).any(axis=1)])
-    for mine, theirs in zip(simulator.state[:-1], state[:-1], strict=True):
+    for mine, theirs in zip(simulator.state[:-2], state[:-2], strict=True):
         theirs[:, i] = mine[:, i]
     count_loads(rules, state)
     assert (state.cell_load == simulator.state.cell_load).all()

@@ -37,6 +37,7 @@ class Encoder(nn.Module):
     :param symmetric: turn the airspace so that the own position lies in one octant
     :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
     :raises UserError: if the scenario has not the symmetries
+    :raises ValueError: if the observations do not hold what is seen
     """
 
     column: th.Tensor
@@ -58,6 +59,9 @@ class Encoder(nn.Module):
         super().__init__()
         if inputs not in ("one-hot", "relative"):
             raise ValueError(f"inputs = {inputs!r}: one-hot or relative")
+        missing = [sight for sight in sees if sight != "state" and sight not in layout.extras]
+        if missing:
+            raise ValueError(f"the observations do not hold {', '.join(missing)}: make_vec_env(..., extras={missing})")
         self.layout, self.grid, self.max_voxel_steps = layout, scenario.grid, scenario.max_voxel_steps
         self.sees, self.loads, self.inputs = tuple(sees), loads, inputs
         self.counted = min(layout.num_uavs - 1, MOST_COUNTED)
@@ -195,10 +199,9 @@ class Encoder(nn.Module):
         steps = (to - at).abs().sum(dim=-1)  # [B, J]
         for ahead in range(1, SLOTS_AHEAD + 1):
             flown = (ahead * self.max_voxel_steps / steps.clamp(min=1)).clamp(max=1.0)
-            then = (at + flown[..., None] * (to - at)).round().long()
+            then = (at_turned + flown[..., None] * (to_turned - at_turned)).round().long()
             cell = self.cell_of[then[..., 0], then[..., 1], then[..., 2]]  # [B, J]
-            turned = self.cell[turn[:, None], cell]
             there = flying & (steps > (ahead - 1) * self.max_voxel_steps)
-            loads = th.zeros(len(at), self.layout.num_gbs, device=at.device).scatter_add_(1, turned, there.float())
+            loads = th.zeros(len(at), self.layout.num_gbs, device=at.device).scatter_add_(1, cell, there.float())
             parts.append(loads / LOAD_UNIT_UAVS * 2.0)
         return parts

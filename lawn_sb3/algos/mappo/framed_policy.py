@@ -36,8 +36,8 @@ class FramedLayers(nn.Module):
         self.layout, self.sees = policy.layout, policy.sees
         options: dict[str, Any] = {"symmetric": policy.symmetric, "inputs": policy.inputs}
         self.encoder = Encoder(policy.scenario, self.layout, self.sees, policy.looks_at_loads, **options)
-        with_clock: tuple[Sight, ...] = ("clock",)
-        self.critic_encoder = Encoder(policy.scenario, self.layout, with_clock, **options)
+        clock: list[Sight] = [extra for extra in self.layout.extras if extra == "clock"]
+        self.critic_encoder = Encoder(policy.scenario, self.layout, clock, **options)
         self.policy_net = nn.Sequential(*create_mlp(self.encoder.width, num_actions, net_arch["pi"], activation_fn))
         probe = self.critic_input(th.zeros(1, self.layout.flat_dim))
         self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
