@@ -22,7 +22,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.contract import line_in_own_file, policy_error
 from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
-from lawn_sb3.experiment.registry import find_algorithm, find_player
+from lawn_sb3.experiment.registry import MASKED, find_algorithm, find_player
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
@@ -162,6 +162,11 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     assert method.policy is not None
     policy = find_policy(method.policy)
     algorithm = find_algorithm(method.algo, policy)
+    if method.slack is not None and method.algo not in MASKED and not getattr(policy, "needs_scenario", False):
+        raise UserError(
+            f"method {cell.key!r}: policy {method.policy} knows no in-time moves: no slack; in_time_q and "
+            f"in_time_mixer know them, and all policies of {' and '.join(MASKED)}"
+        )
     settings = {"device": "cpu", **method.arguments(), **arguments}
     try:
         return algorithm(policy, training_env(cell), seed=cell.seed, **settings)

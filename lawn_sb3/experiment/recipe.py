@@ -122,8 +122,8 @@ class Method(BaseModel):
         needed = getattr(ALGORITHMS[self.algo], "continuation", self.continuation)
         if self.continuation != needed:
             raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
-        if self.slack is not None and self.algo not in MASKED:
-            raise ValueError(f"method {self.label!r}: {self.algo} takes no slack, {' and '.join(MASKED)} do")
+        if self.slack is not None and self.algo == "mappo":
+            raise ValueError(f"method {self.label!r}: mappo takes no slack, {' and '.join(MASKED)} do")
         if self.credit == "team" and self.algo != "mappo-episodes":
             raise ValueError(f"method {self.label!r}: credit team needs mappo-episodes, where games are whole")
         known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT

@@ -52,7 +52,7 @@ DEFAULT_POLICIES: dict[str, str] = {
     "qmix": "monotonic_mixer",
 }
 MASKED = ("mappo-episodes", "imitate")
-"""The algorithms whose moves can be held to those that are in time."""
+"""The algorithms that hold every policy to moves that are in time; others leave that to the policy."""
 PLANNERS: dict[str, Callable[[], Player]] = {
     "shortest-path": ShortestPathPlayer,
     "best-route": BestRoutePlayer,

@@ -13,12 +13,14 @@ from sb3_contrib import QRDQN
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.logger import Logger
+from stable_baselines3.common.noise import ActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.save_util import load_from_pkl
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
+from lawn_sb3.algos.common.in_time import draw_allowed
 from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
@@ -154,7 +156,7 @@ class IQL(OffPolicyAlgorithm):
         self._setup_lr_schedule()
         self.set_random_seed(self.seed)
         self._convert_train_freq()
-        views = LearnerViews(self.layout, self.share_parameters)
+        views = LearnerViews(self.layout, self.share_parameters, tuple(getattr(self.policy_class, "sees", ())))
         self.learners = [self._build_learner(views) for _ in range(views.num_learners)]
         policies = [learner.policy for learner in self.learners]
         self.policy = IndependentPolicy(self.observation_space, self.action_space, policies, views).to(self.device)  # type: ignore[arg-type]
@@ -163,6 +165,10 @@ class IQL(OffPolicyAlgorithm):
     def _build_learner(self, views: LearnerViews) -> Learner:
         """One learner without an environment of its own, built as SB3 does when it loads one."""
         made_of, policy_kwargs = learner_class(self.policy_class, self.double_q), dict(self.policy_kwargs)
+        if getattr(self.policy_class, "needs_scenario", False):
+            assert self.env is not None
+            for name in ("layout", "scenario", "slack"):
+                policy_kwargs.setdefault(name, self.env.get_attr(name, [0])[0])
         if made_of is QRDQN and "optimizer_kwargs" in policy_kwargs:
             # QRDQN would replace them by its own wherever the class of the optimiser is left to it.
             policy_kwargs.setdefault("optimizer_class", th.optim.Adam)
@@ -237,8 +243,24 @@ class IQL(OffPolicyAlgorithm):
         if deterministic:
             return actions, state
         explore = np.random.random_sample(actions.shape) < self.exploration_rate
-        drawn: NDArray[np.int64] = np.random.randint(self.action_space.n, size=actions.shape)  # type: ignore[attr-defined]
+        assert isinstance(observation, np.ndarray)
+        allowed = self.policy.allowed(th.as_tensor(observation))
+        if allowed is None:
+            drawn: NDArray[np.int64] = np.random.randint(self.action_space.n, size=actions.shape)  # type: ignore[attr-defined]
+        else:
+            drawn = draw_allowed(allowed.cpu().numpy())
         return np.where(explore, drawn, actions), state
+
+    def _sample_action(
+        self, learning_starts: int, action_noise: ActionNoise | None = None, n_envs: int = 1
+    ) -> tuple[NDArray[Any], NDArray[Any]]:
+        if self.num_timesteps < learning_starts:
+            assert isinstance(self._last_obs, np.ndarray)
+            allowed = self.policy.allowed(th.as_tensor(self._last_obs))
+            if allowed is not None:
+                drawn = draw_allowed(allowed.cpu().numpy())
+                return drawn, drawn
+        return super()._sample_action(learning_starts, action_noise, n_envs)
 
     def load_replay_buffer(self, path: str | Path | io.BufferedIOBase, truncate_last_traj: bool = True) -> None:
         """Load all learners' replays from a file.

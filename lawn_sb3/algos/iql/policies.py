@@ -58,6 +58,21 @@ class IndependentPolicy(BasePolicy):
             actions[self.views.slots(learner)] = policy(seen, deterministic=deterministic)
         return actions
 
+    def allowed(self, flat: th.Tensor) -> th.Tensor | None:
+        """Which moves may be taken at all, where the learners' policies say so.
+
+        :param flat: flat observations of whole games [G * N, flat_dim]
+        :return: true for such a move [G * N, A]; none if all may
+        """
+        policies: list[Any] = list(self.learners)
+        if not hasattr(policies[0], "allowed"):
+            return None
+        num_actions = int(self.action_space.n)  # type: ignore[attr-defined]
+        moves = th.zeros(len(flat), num_actions, dtype=th.bool, device=flat.device)
+        for learner, policy in enumerate(policies):
+            moves[self.views.slots(learner)] = policy.allowed(self.views.observe(learner, flat))
+        return moves
+
     def set_training_mode(self, mode: bool) -> None:
         """Put all learners' policies in training or evaluation mode.
 

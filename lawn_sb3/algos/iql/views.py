@@ -8,7 +8,7 @@ import numpy as np
 import torch as th
 from gymnasium import spaces
 
-from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.envs.observation import ObservationLayout, Sight
 
 
 @dataclass(frozen=True)
@@ -20,10 +20,12 @@ class LearnerViews:
 
     :param layout: where o_i lies in the flat observation
     :param shared: whether there is a single learner
+    :param sees: what the learners see besides o_i
     """
 
     layout: ObservationLayout
     shared: bool
+    sees: tuple[Sight, ...] = ()
 
     @property
     def num_learners(self) -> int:
@@ -38,7 +40,7 @@ class LearnerViews:
     def space(self) -> spaces.Box:
         """Gymnasium space of what a learner sees of one slot."""
         extra = self.layout.num_uavs if self.shared else 0
-        return spaces.Box(-np.inf, np.inf, (self.layout.local_dim + extra,), np.float32)
+        return spaces.Box(-np.inf, np.inf, (self.layout.seen(self.sees).stop + extra,), np.float32)
 
     def slots(self, learner: int) -> slice:
         """The slots of a learner.
@@ -55,7 +57,7 @@ class LearnerViews:
         :param flat: flat observations of all slots [G * N, flat_dim]
         :return: one row a slot of the learner
         """
-        local = flat[self.slots(learner), self.layout.local]
+        local = flat[self.slots(learner), self.layout.seen(self.sees)]
         if not self.shared:
             return local
         num_uavs = self.layout.num_uavs

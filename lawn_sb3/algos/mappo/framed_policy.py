@@ -15,6 +15,7 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
 from lawn_sb3.algos.common.encoder import Encoder, Inputs
+from lawn_sb3.algos.common.in_time import in_time
 from lawn_sb3.algos.mappo.policies import MaskableCTDEPolicy
 from lawn_sb3.envs.observation import OWN, ObservationLayout, Sight
 from lawn_sb3.scenario import Scenario
@@ -42,6 +43,8 @@ class FramedLayers(nn.Module):
         probe = self.critic_input(th.zeros(1, self.layout.flat_dim))
         self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
         self.latent_dim_pi, self.latent_dim_vf = num_actions, net_arch["vf"][-1]
+        self.max_slots = policy.scenario.max_slots
+        self.reluctance = nn.Parameter(th.tensor(policy.reluctance)) if policy.reluctance else None
 
     def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
         """Run both.
@@ -57,9 +60,12 @@ class FramedLayers(nn.Module):
         :param flat: flat observations [B, flat_dim]
         :return: logits [B, A]
         """
-        features, turn = self.encoder(flat[:, self.layout.seen(self.sees)])
-        logits: th.Tensor = self.policy_net(features)
-        return self.encoder.turn_back(logits, turn)
+        seen = flat[:, self.layout.seen(self.sees)]
+        features, turn = self.encoder(seen)
+        logits = self.encoder.turn_back(self.policy_net(features), turn)
+        if self.reluctance is None:
+            return logits
+        return logits - self.reluctance * ~in_time(self.encoder, seen, self.max_slots, slack=0)
 
     def forward_critic(self, flat: th.Tensor) -> th.Tensor:
         """Run the critic's hidden layers.
@@ -101,6 +107,8 @@ class FramedPolicy(MaskableCTDEPolicy):
     :param symmetric: turn the airspace so that the own position lies in one octant; refused where the scenario has not
         the symmetries of a square
     :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
+    :param reluctance: what an untrained actor takes off the logits of moves that use up slack, so that it starts from
+        flights without a detour in time; trained like a weight; 0 for none
     :param kwargs: what else sb3-contrib's ``MaskableActorCriticPolicy`` takes
     """
 
@@ -118,9 +126,10 @@ class FramedPolicy(MaskableCTDEPolicy):
         scenario: Scenario,
         symmetric: bool = True,
         inputs: Inputs = "one-hot",
+        reluctance: float = 0.0,
         **kwargs: Any,
     ) -> None:
-        self.scenario, self.symmetric, self.inputs = scenario, symmetric, inputs
+        self.scenario, self.symmetric, self.inputs, self.reluctance = scenario, symmetric, inputs, reluctance
         super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
 
     def critic_input(self, flat: th.Tensor) -> th.Tensor:
@@ -146,5 +155,5 @@ class FramedPolicy(MaskableCTDEPolicy):
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
-        own = {"scenario": self.scenario, "symmetric": self.symmetric, "inputs": self.inputs}
+        own = {name: getattr(self, name) for name in ("scenario", "symmetric", "inputs", "reluctance")}
         return {**super()._get_constructor_parameters(), **own}

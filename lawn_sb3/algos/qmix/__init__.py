@@ -1,7 +1,7 @@
 """QMIX."""
 
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
-from lawn_sb3.algos.qmix.policies import QMIXPolicy
+from lawn_sb3.algos.qmix.policies import InTimeQMIXPolicy, QMIXPolicy
 from lawn_sb3.algos.qmix.qmix import QMIX
 
-__all__ = ["QMIX", "JointReplayBuffer", "JointSamples", "QMIXPolicy"]
+__all__ = ["QMIX", "InTimeQMIXPolicy", "JointReplayBuffer", "JointSamples", "QMIXPolicy"]

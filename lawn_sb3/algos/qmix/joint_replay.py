@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.vec_env import VecNormalize
 
-from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.envs.observation import ObservationLayout, Sight
 
 STORED = ("observations", "next_observations", "actions", "rewards", "dones", "flying", "next_flying")
 """The arrays that hold the transitions."""
@@ -21,7 +22,7 @@ class JointSamples(NamedTuple):
     """A batch of joint transitions."""
 
     local: th.Tensor
-    """Local observations o_i [B, N, local_dim]."""
+    """Local observations o_i and what else is seen [B, N, anything]."""
     state: th.Tensor
     """Global states x [B, state_dim]."""
     actions: th.Tensor
@@ -31,7 +32,7 @@ class JointSamples(NamedTuple):
     flying: th.Tensor
     """Who was flying and thus acted [B, N]."""
     next_local: th.Tensor
-    """Local observations one slot later [B, N, local_dim]."""
+    """Local observations one slot later [B, N, anything]."""
     next_state: th.Tensor
     """Global states one slot later [B, state_dim]."""
     next_flying: th.Tensor
@@ -55,6 +56,7 @@ class JointReplayBuffer(ReplayBuffer):
     :param n_envs: slots G * N of the vector environment
     :param optimize_memory_usage: as in SB3; must be false
     :param layout: where o_i and x lie in the flat observation
+    :param sees: what the policy sees besides o_i; kept with it
     :raises ValueError: if the slots are not whole games
     """
 
@@ -68,6 +70,7 @@ class JointReplayBuffer(ReplayBuffer):
         optimize_memory_usage: bool = False,
         *,
         layout: ObservationLayout,
+        sees: Collection[Sight] = (),
     ) -> None:
         if optimize_memory_usage:
             raise ValueError("optimize_memory_usage = True: joint replay keeps next observations, give False")
@@ -75,9 +78,9 @@ class JointReplayBuffer(ReplayBuffer):
         if rest:
             raise ValueError(f"{n_envs} slots are no whole number of games of {layout.num_uavs} UAVs")
         assert isinstance(action_space, spaces.Discrete)
-        self.layout = layout
+        self.layout, self.seen = layout, layout.seen(sees)
         self._shape = (num_games, layout.num_uavs)
-        joint_dim = layout.num_uavs * layout.local_dim + layout.state_dim
+        joint_dim = layout.num_uavs * self.seen.stop + layout.state_dim
         super().__init__(
             buffer_size,
             spaces.Box(-np.inf, np.inf, (joint_dim,), np.float32),
@@ -121,10 +124,10 @@ class JointReplayBuffer(ReplayBuffer):
         # and who had been waiting sees the new game.
         last = ended.argmax(axis=1)
         waiting = (over[:, None] & ~flying)[..., None]
-        after_local = np.where(waiting, before[..., self.layout.local], after[..., self.layout.local])
+        after_local = np.where(waiting, before[..., self.seen], after[..., self.seen])
         self.flying[self.pos], self.next_flying[self.pos] = flying, next_flying
         super().add(
-            self._joint(before[..., self.layout.local], before[:, 0, self.layout.state]),
+            self._joint(before[..., self.seen], before[:, 0, self.layout.state]),
             self._joint(after_local, after[np.arange(len(last)), last, self.layout.state]),
             action.reshape(self._shape),
             reward.reshape(self._shape).mean(axis=1),
@@ -135,7 +138,7 @@ class JointReplayBuffer(ReplayBuffer):
 
     @staticmethod
     def _joint(local: NDArray[Any], state: NDArray[Any]) -> NDArray[Any]:
-        """Joint observations [G, N * local_dim + state_dim]."""
+        """Joint observations [G, N * anything + state_dim]."""
         return np.concatenate([local.reshape(len(local), -1), state], axis=1)
 
     def sample(self, batch_size: int, env: VecNormalize | None = None) -> JointSamples:  # type: ignore[override]
@@ -169,8 +172,8 @@ class JointReplayBuffer(ReplayBuffer):
         )
 
     def _split(self, joint: NDArray[Any]) -> tuple[th.Tensor, th.Tensor]:
-        """Joint observations as local observations [B, N, local_dim] and global states [B, state_dim]."""
-        tensor, end = self.to_torch(joint, copy=False), self.layout.num_uavs * self.layout.local_dim
+        """Joint observations as local observations [B, N, anything] and global states [B, state_dim]."""
+        tensor, end = self.to_torch(joint, copy=False), self.layout.num_uavs * self.seen.stop
         return tensor[:, :end].reshape(len(joint), self.layout.num_uavs, -1), tensor[:, end:]
 
     def content(self) -> dict[str, Any]:

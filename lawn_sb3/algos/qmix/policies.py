@@ -6,7 +6,7 @@ How the Qs of a game are mixed into one value during training is for a subclass 
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import Any, ClassVar
 
 import torch as th
 from gymnasium import spaces
@@ -15,7 +15,10 @@ from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.common.type_aliases import PyTorchObs, Schedule
 from torch import nn
 
-from lawn_sb3.envs.observation import ObservationLayout
+from lawn_sb3.algos.common.encoder import Encoder, Inputs
+from lawn_sb3.algos.common.in_time import InTimeQ
+from lawn_sb3.envs.observation import ObservationLayout, Sight
+from lawn_sb3.scenario import Scenario
 
 
 class QMIXPolicy(BasePolicy):
@@ -33,6 +36,11 @@ class QMIXPolicy(BasePolicy):
     :param optimizer_class: the optimiser
     :param optimizer_kwargs: its arguments but the learning rate
     """
+
+    sees: ClassVar[tuple[Sight, ...]] = ()
+    """What the Q-network sees besides o_i."""
+    needs_scenario: ClassVar[bool] = False
+    """Whether its constructor takes the environment's ``scenario`` and ``slack`` too."""
 
     action_space: spaces.Discrete
 
@@ -54,11 +62,28 @@ class QMIXPolicy(BasePolicy):
         self.net_arch = [256, 256] if net_arch is None else net_arch
         self.activation_fn = activation_fn
         num_actions = int(action_space.n)
-        self.q_net = nn.Sequential(*create_mlp(layout.local_dim, num_actions, self.net_arch, activation_fn))
+        self.q_net = self.make_q_net(num_actions)
         self.mixer = self.make_mixer()
         self.q_net_target = copy.deepcopy(self.q_net).requires_grad_(False)
         self.mixer_target = copy.deepcopy(self.mixer).requires_grad_(False)
         self.optimizer = optimizer_class(self.trained_parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
+
+    def make_q_net(self, num_actions: int) -> nn.Module:
+        """Build the Q-network, called with what a UAV sees [B, anything].
+
+        :param num_actions: A
+        :return: a module that answers with action values [B, A]
+        """
+        seen = self.layout.seen(self.sees)
+        return nn.Sequential(*create_mlp(seen.stop, num_actions, self.net_arch, self.activation_fn))
+
+    def allowed(self, flat: th.Tensor) -> th.Tensor | None:
+        """Which moves may be taken at all, where the policy says so.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: true for such a move [B, A]; none if all may
+        """
+        return None
 
     def make_mixer(self) -> nn.Module:
         """Build the mixer, called as ``mixer(q, x)`` with Qs [B, N] and global states [B, state_dim].
@@ -88,7 +113,7 @@ class QMIXPolicy(BasePolicy):
 
         The Q of a UAV that does not fly is 0 in the mix, and is never computed.
 
-        :param local: local observations [B, N, local_dim]
+        :param local: local observations and what else is seen [B, N, anything]
         :param state: global states [B, state_dim]
         :param actions: joint actions [B, N]
         :param flying: who is flying [B, N]
@@ -104,7 +129,7 @@ class QMIXPolicy(BasePolicy):
     def greedy_actions(self, local: th.Tensor, flying: th.Tensor, target: bool = False) -> th.Tensor:
         """Each UAV's best action by its own Q.
 
-        :param local: local observations [B, N, local_dim]
+        :param local: local observations and what else is seen [B, N, anything]
         :param flying: who is flying [B, N]; the others get action 0
         :param target: ask the target network
         :return: [B, N]
@@ -124,7 +149,7 @@ class QMIXPolicy(BasePolicy):
 
     def _predict(self, observation: PyTorchObs, deterministic: bool = False) -> th.Tensor:
         assert isinstance(observation, th.Tensor)
-        greedy: th.Tensor = self.q_net(observation[:, self.layout.local]).argmax(dim=1)
+        greedy: th.Tensor = self.q_net(observation[:, self.layout.seen(self.sees)]).argmax(dim=1)
         return greedy
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
@@ -138,3 +163,60 @@ class QMIXPolicy(BasePolicy):
             "optimizer_class": self.optimizer_class,
             "optimizer_kwargs": self.optimizer_kwargs,
         }
+
+
+class InTimeQMIXPolicy(QMIXPolicy):
+    """The same with a Q-network over o_i and the clock in the symmetric frame, whose moves are in time.
+
+    :param observation_space: the flat observation
+    :param action_space: the actions
+    :param lr_schedule: learning rate as a function of the progress remaining
+    :param layout: where o_i, the clock and x lie in the flat observation
+    :param scenario: the game, for its airspace, cells and RBs
+    :param slack: slots beyond T_i^min in which to arrive; without a number, all moves inside the airspace are allowed
+    :param symmetric: turn the airspace so that the own position lies in one octant
+    :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
+    :param kwargs: what else :class:`QMIXPolicy` takes
+    """
+
+    sees = ("clock",)
+    needs_scenario = True
+
+    def __init__(
+        self,
+        observation_space: spaces.Box,
+        action_space: spaces.Discrete,
+        lr_schedule: Schedule,
+        layout: ObservationLayout,
+        scenario: Scenario,
+        slack: int | None = None,
+        symmetric: bool = True,
+        inputs: Inputs = "one-hot",
+        **kwargs: Any,
+    ) -> None:
+        self.scenario, self.slack, self.symmetric, self.inputs = scenario, slack, symmetric, inputs
+        super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
+
+    def make_q_net(self, num_actions: int) -> InTimeQ:
+        """Build the Q-network.
+
+        :param num_actions: A
+        :return: the network
+        """
+        encoder = Encoder(self.scenario, self.layout, self.sees, symmetric=self.symmetric, inputs=self.inputs)
+        hidden = nn.Sequential(*create_mlp(encoder.width, num_actions, self.net_arch, self.activation_fn))
+        return InTimeQ(encoder, hidden, self.scenario.max_slots, self.slack)
+
+    def allowed(self, flat: th.Tensor) -> th.Tensor:
+        """Which moves are in time.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: true for such a move [B, A]
+        """
+        q_net: Any = self.q_net
+        moves: th.Tensor = q_net.allowed(flat[:, self.layout.seen(self.sees)])
+        return moves
+
+    def _get_constructor_parameters(self) -> dict[str, Any]:
+        own = {"scenario": self.scenario, "slack": self.slack, "symmetric": self.symmetric, "inputs": self.inputs}
+        return {**super()._get_constructor_parameters(), **own}

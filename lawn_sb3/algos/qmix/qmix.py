@@ -17,6 +17,7 @@ from stable_baselines3.common.utils import LinearSchedule, polyak_update
 from stable_baselines3.common.vec_env import VecEnv, unwrap_vec_normalize
 from torch.nn import functional
 
+from lawn_sb3.algos.common.in_time import draw_allowed
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
 from lawn_sb3.algos.qmix.policies import QMIXPolicy
 from lawn_sb3.game.simulator import Continuation
@@ -124,6 +125,10 @@ class QMIX(OffPolicyAlgorithm):
             _check_games(self.env)
             for arguments in (self.policy_kwargs, self.replay_buffer_kwargs):
                 arguments.setdefault("layout", self.env.get_attr("layout", [0])[0])
+            self.replay_buffer_kwargs.setdefault("sees", self.policy_class.sees)
+            if self.policy_class.needs_scenario:
+                for name in ("scenario", "slack"):
+                    self.policy_kwargs.setdefault(name, self.env.get_attr(name, [0])[0])
         if _init_setup_model:
             self._setup_model()
 
@@ -191,12 +196,19 @@ class QMIX(OffPolicyAlgorithm):
         :return: actions and the state
         """
         actions, state = self.policy.predict(observation, state, episode_start, deterministic)
-        return (actions if deterministic else self._explore(actions, self.exploration_rate)), state
+        if deterministic:
+            return actions, state
+        assert isinstance(observation, np.ndarray)
+        return self._explore(observation, actions, self.exploration_rate), state
 
-    def _explore(self, actions: NDArray[Any], rate: float) -> NDArray[Any]:
-        """Replace each action by a random one with the given chance."""
+    def _explore(self, observation: NDArray[Any], actions: NDArray[Any], rate: float) -> NDArray[Any]:
+        """Replace each action by a random one, of those that the policy allows, with the given chance."""
         assert isinstance(self.action_space, spaces.Discrete)
-        other = np.random.randint(self.action_space.n, size=actions.shape)
+        allowed = self.policy.allowed(th.as_tensor(observation).reshape(-1, observation.shape[-1]))
+        if allowed is None:
+            other = np.random.randint(self.action_space.n, size=actions.shape)
+        else:
+            other = draw_allowed(allowed.cpu().numpy()).reshape(actions.shape)
         return np.where(np.random.random(actions.shape) < rate, other, actions)
 
     def _sample_action(
@@ -204,7 +216,8 @@ class QMIX(OffPolicyAlgorithm):
     ) -> tuple[NDArray[Any], NDArray[Any]]:
         # Not drawn from the action space as SB3 does: its random state would have to be saved too.
         if self.num_timesteps < learning_starts:
-            actions = self._explore(np.zeros(n_envs, dtype=np.int64), 1.0)
+            assert isinstance(self._last_obs, np.ndarray)
+            actions = self._explore(self._last_obs, np.zeros(n_envs, dtype=np.int64), 1.0)
         else:
             assert self._last_obs is not None
             actions, _ = self.predict(self._last_obs)

@@ -189,7 +189,7 @@ def _ask_qmix(model: BaseAlgorithm, games: Games, flat: Flat, training: bool, sa
                 player.act(seen.reshape(num_games * num_uavs, -1), said)
             policy.set_training_mode(training)
             obs = policy.obs_to_tensor(seen.reshape(num_games * num_uavs, -1))[0].reshape(num_games, num_uavs, -1)
-            local, state = obs[..., games.layout.local], obs[:, 0, games.layout.state]
+            local, state = obs[..., games.layout.seen(policy.sees)], obs[:, 0, games.layout.state]
             mixed = policy.game_values(local, state, some_actions, everybody)
         for answer in heard[0]:
             _refuse_action_values(answer, num_actions)
