@@ -9,6 +9,7 @@ from lawn_sb3.report import (
     fairness,
     fairness_tradeoff,
     figures,
+    ladder,
     low_utility,
     occupancy,
     regret,
@@ -27,6 +28,7 @@ from lawn_sb3.report.table_two import table_two
 
 SECTIONS = {
     "Table II: performance": ("table2", "comparison"),
+    "What a UAV must know": ("ladder", "ladder_table", "ladder_learning"),
     "Claims of the paper": ("claims_headlines", "claims_summary", "claims"),
     "Fig. 2: training": ("fig2_convergence", "first_crossing", "nearest_to_paper"),
     "Fig. 3: utility": ("fig3_utility_cdf",),
@@ -57,7 +59,9 @@ def build_report(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Repor
     results = read_results(recipe, cells)
     if not results.methods:
         raise UserError(f"no finished run to report on: {results.problems[0]}; run: lawn-sb3 reproduce first")
-    judged = judge_all(load_claims(), Evidence(results, cells))
+    of_ladder = ladder.has_ladder(results)
+    claims = [claim for claim in load_claims() if claim.needs == "ladder" or not of_ladder]
+    judged = judge_all(claims, Evidence(results, cells))
     report = Report(recipe, command, SECTIONS, results.problems, [f"The paper's claims: {tally(judged)}."])
     joint = results.without_bound()
     base = base_method(joint)
@@ -73,10 +77,14 @@ def build_report(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Repor
         "anarchy": anarchy.anarchy(results),
         "regret": regret.regret(results) if len(results.regrets) else None,
         "sampling": sampling.sampling(results),
+        "ladder_table": ladder.ladder_table(results) if of_ladder else None,
     }
     report.tables = {name: table for name, table in made.items() if table is not None and len(table.shown)}
     report.figures["fig2_convergence"] = figures.convergence(results), figures.CONVERGENCE_CAPTION
     report.figures["fig3_utility_cdf"] = figures.utility_cdf(results), figures.cdf_caption(results)
+    if of_ladder:
+        report.figures["ladder"] = ladder.ladder(results), ladder.ladder_caption(results)
+        report.figures["ladder_learning"] = ladder.learning(results), ladder.LEARNING_CAPTION
     if len(results.regrets):
         report.figures["regret_cdf"] = regret.regret_cdf(results), regret.cdf_caption(results)
     if joint.methods:

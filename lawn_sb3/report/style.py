@@ -31,6 +31,18 @@ KNOWN = {
     "equilibrium": "#332288",
     "welfare": "#882255",
     "bound": "#000000",
+    "blind": "#E69F00",
+    "loads": "#CC79A7",
+    "clock": "#0072B2",
+    "memory": "#56B4E9",
+    "destinations": "#009E73",
+    "intents": "#D55E00",
+    "state": "#8B1A1A",
+    "taught": "#5D7BD6",
+    "destinations-taught": "#7FBF3F",
+    "mean-field": "#6A3D9A",
+    "mean-field-memory": "#B58BD0",
+    "mean-field-destinations": "#1B6B5C",
 }
 LINES: dict[str, LineStyle] = {
     "best-route": (0, (6, 1.5)),
@@ -39,6 +51,9 @@ LINES: dict[str, LineStyle] = {
     "equilibrium": (0, (3, 1, 1, 1)),
     "welfare": (0, (6, 1, 1, 1, 1, 1)),
     "bound": (0, (1, 1)),
+    "mean-field": (0, (4, 1.5, 1, 1.5, 1, 1.5)),
+    "mean-field-memory": (0, (2, 1.5)),
+    "mean-field-destinations": (0, (8, 1.5, 1, 1.5)),
 }
 """Players that plan are never solid; all other methods are."""
 MARKERS = "osD^vPX*<>hdp8H"

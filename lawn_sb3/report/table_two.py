@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
+from lawn_sb3.experiment.knowledge import bits_of
 from lawn_sb3.experiment.paper import TABLE_II
 from lawn_sb3.report.attainable import Attainable, attainable, explanation, share
 from lawn_sb3.report.results import BOUND, Results
@@ -57,6 +58,8 @@ def table_two(results: Results) -> Table:
             row[f"{name}_paper"] = printed.get(name, float("nan"))
             paper = f" ({printed[name]:.{decimals}f})" if name in printed else ""
             cells[heading] = found.text(decimals) + paper
+        bits = bits_of(method, results.recipe.game())
+        row["told_bits"], cells["Told (bits)"] = bits, "–" if bits is None else str(bits)
         if limits is not None:
             figures, cells["Share (%)"] = _share(results, key, limits)
             row |= figures
@@ -86,5 +89,6 @@ def caption(results: Results, limits: Attainable | None = None) -> str:
     return (
         f"Mean over seeds [95 % bootstrap interval over seeds], {actions} actions, the same test missions for every "
         "method and seed; in parentheses the paper's value. T̄ is the makespan: slots until the last UAV is done. "
-        f"U is the mean utility, which the paper does not print. {shares}n: seeds × test episodes."
+        "U is the mean utility, which the paper does not print. Told: bits that each UAV broadcasts in every slot so "
+        f"that the others can act as they do. {shares}n: seeds × test episodes."
     )

@@ -22,6 +22,8 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 CLAIMS_FILES = tuple(Path(__file__).with_name(name) for name in ("premises.yaml", "claims.yaml"))
 """What the paper says of its model and method, and of its results."""
 
+LADDER = {"algo": "mappo-episodes", "without_reward": ("rate", "nav", "col")}
+"""What the learners of the ladder have in common."""
 ROLES: dict[str, dict[str, Any]] = {
     "random": {"player": "random"},
     "straight": {"player": "shortest-path"},
@@ -36,12 +38,15 @@ ROLES: dict[str, dict[str, Any]] = {
     "mappo-separate": {"algo": "mappo", "policy": "separate_actors"},
     "ippo": {"algo": "mappo", "policy": "local_critic"},
     "blind": {"algo": "mappo", "policy": "congestion_blind"},
+    "knows-nothing": {**LADDER, "policy": "knows_nothing"},
+    "knows-loads": {**LADDER, "policy": "knows_clock"},
+    "knows-destinations": {**LADDER, "policy": "knows_destinations"},
 }
 """Parts that methods play in the claims. ``mappo`` is the paper's own, with the critic V(x) that it writes down;
 ``mappo-o`` is the same with V([o_i, x])."""
 
-UNLESS_SET = {"share_parameters": False, "normalize_value": True}
-"""Settings that tell parts apart, and their defaults: a method that changes one plays only a part that asks for it."""
+UNLESS_SET = {"share_parameters": False, "normalize_value": True, "without_reward": ()}
+"""What tell parts apart, and the defaults: a method that changes one plays only a part that asks for it."""
 
 
 class Claim(BaseModel):
@@ -54,7 +59,7 @@ class Claim(BaseModel):
     :param test: name of the test
     :param arguments: the test's arguments
     :param headline: whether it is one of those that carry the paper
-    :param needs_ablation: whether it takes the methods of ``runs/ablation.yaml``, in whose report it is judged
+    :param needs: the recipe in ``runs/`` whose methods it takes and in whose report it is judged, if not the paper's
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -66,7 +71,7 @@ class Claim(BaseModel):
     test: str
     arguments: dict[str, Any] = Field(default_factory=dict)
     headline: bool = False
-    needs_ablation: bool = False
+    needs: Literal["ablation", "ladder"] | None = None
 
 
 class Finding(NamedTuple):
@@ -149,9 +154,8 @@ class Evidence:
 
 
 def _plays(method: Method, role: str) -> bool:
-    values = {**UNLESS_SET, **method.settings, "player": method.player, "algo": method.algo, "policy": method.policy}
-    if method.without_reward:
-        return False
+    fields = {name: getattr(method, name) for name in ("player", "algo", "policy", "without_reward")}
+    values = {**UNLESS_SET, **method.settings, **fields}
     return all(values[name] == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())
 
 

@@ -235,3 +235,26 @@ def comparable(evidence: Evidence, quantity: str, of: list[str], to: str) -> Fin
         f"The paper calls a difference of {margin:.{decimals}f}{unit} comparable, and "
         f"every interval has to lie within it: {counted(within)}.",
     )
+
+
+def suffices(evidence: Evidence, quantity: str, of: str, without: str, told: str) -> Finding:
+    """Whether what a method sees is of use, and being told more is not.
+
+    :param evidence: what the runs left
+    :param quantity: the figure
+    :param of: the part that sees what is said to suffice
+    :param without: the same without it
+    :param told: the same, told more
+    :return: the finding; partly if it is of use, but more is of more use
+    """
+    symbol, unit, decimals, *_ = QUANTITIES[quantity]
+    use, more = difference(evidence, quantity, of, without), difference(evidence, quantity, told, of)
+    held = [is_positive(use.low), not is_positive(more.low)]
+    figure = (
+        f"{evidence.label(of)}: {symbol} {use.text(decimals)}{unit} against {evidence.label(without)}; "
+        f"{evidence.label(told)}: {more.text(decimals)}{unit} against {evidence.label(of)}"
+    )
+    why = (
+        f"The first difference lies {'' if held[0] else 'not '}above 0, the second {'does not' if held[1] else 'too'}."
+    )
+    return Finding(combine(held), figure, why)

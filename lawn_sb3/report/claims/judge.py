@@ -14,6 +14,7 @@ TESTS: dict[str, Callable[..., Finding]] = {
     for test in (
         comparisons.better_than,
         comparisons.comparable,
+        comparisons.suffices,
         table_rows.agrees_with_row,
         table_rows.average_completion,
         table_rows.time_ratio,
@@ -56,7 +57,7 @@ def judge(claim: Claim, evidence: Evidence) -> Finding:
     try:
         return TESTS[claim.test](evidence, **claim.arguments)
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
-        elsewhere = "; it is judged in the report of runs/ablation.yaml" if claim.needs_ablation else ""
+        elsewhere = f"; it is judged in the report of runs/{claim.needs}.yaml" if claim.needs is not None else ""
         return Finding("not testable", "", sentence(f"{error}{elsewhere}"))
 
 

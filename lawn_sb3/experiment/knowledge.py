@@ -1,0 +1,70 @@
+"""What a method's UAVs know when they act, and what has to be communicated for it."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import Literal, get_args
+
+from lawn_sb3.envs.observation import Sight, broadcast_bits
+from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.recipe import Method
+from lawn_sb3.scenario import Scenario
+
+Rung = Literal["nothing", "loads", "clock", "memory", "destinations", "intents", "state"]
+RUNGS: tuple[Rung, ...] = get_args(Rung)
+"""The ladder, from the bottom: each rung knows what those below it know, but for memory, which stands aside."""
+
+PLAYERS: dict[str, Rung | None] = {
+    "random": "nothing",
+    "shortest-path": "nothing",
+    "best-route": "nothing",
+    "forecast": "clock",
+    "mean-field": "clock",
+    "mean-field-memory": "memory",
+    "mean-field-destinations": "destinations",
+    "worst-equilibrium": "state",
+    "equilibrium": "state",
+    "welfare": "state",
+    "bound": None,
+}
+"""The rung of every player without training; the bound's UAVs have a network each, so nobody is there to know of."""
+
+SEES: dict[Rung, tuple[Sight, ...]] = {
+    "nothing": (),
+    "loads": (),
+    "clock": ("clock",),
+    "memory": ("clock", "memory"),
+    "destinations": ("clock", "destinations"),
+    "intents": ("clock", "intents"),
+    "state": ("state",),
+}
+
+
+def rung_of(method: Method) -> Rung | None:
+    """Where on the ladder a method stands.
+
+    :param method: the method
+    :return: its rung; none if its UAVs have nobody to know of
+    """
+    if method.player is not None:
+        return PLAYERS[method.player]
+    assert method.policy is not None
+    policy = find_policy(method.policy)
+    sees: Collection[Sight] = getattr(policy, "sees", ())
+    for rung in reversed(RUNGS):
+        if rung in sees and rung != "clock":
+            return rung
+    if not getattr(policy, "looks_at_loads", True):
+        return "nothing"
+    return "clock" if "clock" in sees else "loads"
+
+
+def bits_of(method: Method, scenario: Scenario) -> int | None:
+    """Bits that every UAV has to broadcast in every slot for what a method's UAVs know.
+
+    :param method: the method
+    :param scenario: the game
+    :return: bits without any coding; none if there is nobody to hear them
+    """
+    rung = rung_of(method)
+    return None if rung is None else broadcast_bits(SEES[rung], scenario)
