@@ -31,19 +31,23 @@ KNOWN = {
     "equilibrium": "#332288",
     "welfare": "#882255",
     "bound": "#000000",
+}
+LADDER = {
     "blind": "#E69F00",
     "loads": "#CC79A7",
     "clock": "#0072B2",
     "memory": "#56B4E9",
     "destinations": "#009E73",
     "intents": "#D55E00",
-    "state": "#8B1A1A",
+    "state": "#A33B3B",
     "taught": "#5D7BD6",
     "destinations-taught": "#7FBF3F",
     "mean-field": "#6A3D9A",
     "mean-field-memory": "#B58BD0",
     "mean-field-destinations": "#1B6B5C",
 }
+"""The learners of the ladder, never beside those of the paper, whose colours some share; and their planners."""
+COLOURS = KNOWN | LADDER
 LINES: dict[str, LineStyle] = {
     "best-route": (0, (6, 1.5)),
     "forecast": (0, (6, 1.2, 1.2, 1.2)),
@@ -69,10 +73,10 @@ def colours(methods: Iterable[str]) -> dict[str, str]:
     :return: known methods in their own colour, others in the colours that are left, in order
     """
     methods = list(methods)
-    taken = {KNOWN[key] for key in methods if key in KNOWN}
+    taken = {COLOURS[key] for key in methods if key in COLOURS}
     free = [colour for colour in OKABE_ITO if colour not in taken] or list(OKABE_ITO)
-    others = [key for key in methods if key not in KNOWN]
-    return {key: KNOWN[key] if key in KNOWN else free[others.index(key) % len(free)] for key in methods}
+    others = [key for key in methods if key not in COLOURS]
+    return {key: COLOURS[key] if key in COLOURS else free[others.index(key) % len(free)] for key in methods}
 
 
 def line_of(method: str) -> LineStyle:
@@ -91,7 +95,7 @@ def markers(methods: Iterable[str]) -> dict[str, str]:
     :return: known methods with their own marker, others with those that are left, in order
     """
     methods, known = list(methods), dict(zip(KNOWN, MARKERS, strict=False))
-    free = [marker for marker in MARKERS if marker not in {known.get(key) for key in methods}]
+    free = [marker for marker in MARKERS if marker not in {known.get(key) for key in methods}] or list(MARKERS)
     others = [key for key in methods if key not in known]
     return {key: known[key] if key in known else free[others.index(key) % len(free)] for key in methods}
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
-from lawn_sb3.report.style import KNOWN, LINES, colours, grid_shape, line_of, markers, panels, title_of
+from lawn_sb3.report.style import COLOURS, KNOWN, LADDER, LINES, colours, grid_shape, line_of, markers, panels, title_of
 from lawn_sb3.report.trajectories import UAV_COLOURS
 
 
@@ -21,8 +21,13 @@ def test_all_methods_of_a_large_recipe_differ_in_colour() -> None:
     assert len(set(colours([*KNOWN, "mine"]).values())) == len(KNOWN) + 1
 
 
+def test_all_methods_of_the_ladder_differ_in_colour() -> None:
+    beside = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
+    assert len(set(colours([*LADDER, *beside, "mine"]).values())) == len(LADDER) + len(beside) + 1
+
+
 def test_planners_are_told_apart_by_line_and_marker_too() -> None:
-    assert {line_of(key) for key in KNOWN if key not in LINES} == {"-"}
+    assert {line_of(key) for key in COLOURS if key not in LINES} == {"-"}
     assert len({*LINES.values(), "-"}) == len(LINES) + 1
     looks = markers(KNOWN)
     assert len(set(looks.values())) == len(KNOWN)
@@ -34,7 +39,7 @@ def test_planners_are_told_apart_by_line_and_marker_too() -> None:
 
 def test_no_uav_has_the_colour_of_a_method() -> None:
     # Euclidean distance in RGB, from 0 to sqrt(3); the two blues of MAPPO are 0.43 apart.
-    methods = colours([*KNOWN, "mine"]).values()
+    methods = {*colours([*KNOWN, "mine"]).values(), *colours(LADDER).values()}
     for uav in UAV_COLOURS:
         for method in methods:
             apart = sum((a - b) ** 2 for a, b in zip(to_rgb(uav), to_rgb(method), strict=True)) ** 0.5

@@ -28,7 +28,9 @@ BUDGET = 150_000
 def method(role: str, **changes: Any) -> Method:
     """A method that plays a part, labelled like it in capitals."""
     given = dict(ROLES[role])
-    values = {name: given.pop(name) for name in ("player", "algo", "policy") if name in given}
+    values = {name: given.pop(name) for name in ("player", "algo", "policy", "without_reward") if name in given}
+    if values.get("algo") == "mappo-episodes":
+        values["continuation"] = "episode"
     learner = {"env_steps": BUDGET, "settings": given} if "algo" in values else {}
     return Method.model_validate(
         {"label": role.upper(), "paper_row": PAPER_ROWS.get(role), **values, **learner, **changes}
