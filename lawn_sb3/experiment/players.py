@@ -12,17 +12,19 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 from sb3_contrib import MaskablePPO
+from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
 
-from lawn_sb3.algos.iql import IQL
+from lawn_sb3.algos.iql import IQL, InTimeQPolicy
+from lawn_sb3.algos.qmix import InTimeQMIXPolicy
 from lawn_sb3.envs import FlatVecEnv, ObservationLayout, Observer, make_vec_env
 from lawn_sb3.envs.observation import EXTRAS, NOT_BY_N
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.contract import line_in_own_file, policy_error
 from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
-from lawn_sb3.experiment.registry import MASKED, find_algorithm, find_player
+from lawn_sb3.experiment.registry import find_algorithm, find_player
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
@@ -162,10 +164,11 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     assert method.policy is not None
     policy = find_policy(method.policy)
     algorithm = find_algorithm(method.algo, policy)
-    if method.slack is not None and method.algo not in MASKED and not getattr(policy, "needs_scenario", False):
+    masked = (MaskableActorCriticPolicy, InTimeQMIXPolicy, InTimeQPolicy)
+    if method.slack is not None and not issubclass(policy, masked):
         raise UserError(
-            f"method {cell.key!r}: policy {method.policy} knows no in-time moves: no slack; in_time_q and "
-            f"in_time_mixer know them, and all policies of {' and '.join(MASKED)}"
+            f"method {cell.key!r}: policy {method.policy} knows no in-time moves: no slack; those that derive from "
+            "MaskableCTDEPolicy, InTimeQMIXPolicy or InTimeQPolicy do"
         )
     settings = {"device": "cpu", **method.arguments(), **arguments}
     try:

@@ -19,7 +19,6 @@ from lawn_sb3.experiment.policies import find_policy, policy_digest
 from lawn_sb3.experiment.registry import (
     ALGORITHMS,
     DEFAULT_POLICIES,
-    MASKED,
     PLAYERS,
     accepted_settings,
     find_algorithm,
@@ -122,8 +121,6 @@ class Method(BaseModel):
         needed = getattr(ALGORITHMS[self.algo], "continuation", self.continuation)
         if self.continuation != needed:
             raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
-        if self.slack is not None and self.algo == "mappo":
-            raise ValueError(f"method {self.label!r}: mappo takes no slack, {' and '.join(MASKED)} do")
         if self.credit == "team" and self.algo != "mappo-episodes":
             raise ValueError(f"method {self.label!r}: credit team needs mappo-episodes, where games are whole")
         known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT

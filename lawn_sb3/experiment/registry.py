@@ -51,8 +51,6 @@ DEFAULT_POLICIES: dict[str, str] = {
     "iql": "local_q",
     "qmix": "monotonic_mixer",
 }
-MASKED = ("mappo-episodes", "imitate")
-"""The algorithms that hold every policy to moves that are in time; others leave that to the policy."""
 PLANNERS: dict[str, Callable[[], Player]] = {
     "shortest-path": ShortestPathPlayer,
     "best-route": BestRoutePlayer,
