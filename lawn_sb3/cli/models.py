@@ -67,7 +67,7 @@ def train(
     Settings that --hyperparams does not name are those of the recipe's method; without --recipe, those of
     runs/paper.yaml for the same algorithm and policy.
     """
-    changed = {**parse_overrides(hyperparams, "--hyperparams"), "device": device}
+    changed = parse_overrides(hyperparams, "--hyperparams") | ({} if device == "cpu" else {"device": device})
     if (recipe_path is None) != (method is None):
         raise UserError("name both --recipe FILE and --method NAME, or neither")
     recipe = load_recipe(recipe_path) if recipe_path is not None else None
@@ -101,7 +101,8 @@ def train(
     values["settings"] = {**values["settings"], **changed}
     values |= {key: value for key, value in (("env_steps", env_steps), ("num_games", num_games)) if value is not None}
     evaluation = recipe.evaluation if recipe is not None else Evaluation()
-    cell = Cell(out.resolve().name, parse_method(values), seed, game, evaluation, out)
+    key, regret = method or out.resolve().name, recipe is not None and recipe.regret
+    cell = Cell(key, parse_method(values), seed, game, evaluation, out, regret=regret)
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
     if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():

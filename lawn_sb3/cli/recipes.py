@@ -26,7 +26,7 @@ from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.regret import add_regrets
+from lawn_sb3.experiment.regret_files import add_regrets
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search

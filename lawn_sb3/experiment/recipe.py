@@ -235,6 +235,7 @@ class Cell:
     :param evaluation: how it is scored
     :param directory: where its run goes
     :param variant: the recipe's name for the changed game, if it has several
+    :param regret: whether regrets are worked out, in training too
     """
 
     key: str
@@ -244,6 +245,7 @@ class Cell:
     evaluation: Evaluation
     directory: Path
     variant: str = ""
+    regret: bool = False
 
     @property
     def title(self) -> str:
@@ -354,7 +356,16 @@ def cells(recipe: Recipe, root: Path) -> list[Cell]:
     """
     games = {name: variant.game() for name, variant in recipe.split().items()}
     return [
-        Cell(key, method, seed, scenario, recipe.evaluation, root / variant / key / f"seed-{seed}", variant)
+        Cell(
+            key,
+            method,
+            seed,
+            scenario,
+            recipe.evaluation,
+            root / variant / key / f"seed-{seed}",
+            variant,
+            recipe.regret,
+        )
         for seed in recipe.seeds
         for variant, scenario in games.items()
         for key, method in recipe.methods.items()

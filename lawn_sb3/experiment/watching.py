@@ -15,12 +15,14 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from lawn_sb3.algos.mappo import EpisodeMAPPO
-from lawn_sb3.experiment.evaluation import evaluate, summarize
+from lawn_sb3.experiment.evaluation import fly, summarize
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.regret import regrets, summarize_regrets
 
 WATCHED = ("reward", "success_percent", "makespan_slots", "utility_mbps", "rate_mbps")
-
+WATCHED_REGRETS = ("regret_mbps", "nash_gap_mbps")
+"""Where a recipe asks for regrets."""
 
 NOT_REPEATABLE = {"time/fps", "time/time_elapsed", "time/iterations"}
 """Columns that differ between equal trainings, of which one was cut and resumed."""
@@ -139,9 +141,14 @@ class Watch(BaseCallback):
             self.next_evaluation = self.env_steps + self.cell.evaluation.watch_every
             chosen = self.cell.evaluation
             player = ModelPlayer(self.model, self.cell.key)
-            rows = evaluate(player, self.cell.scenario, chosen.watch_episodes, chosen.watch_seed)
-            summary = summarize(rows)
+            traced = chosen.watch_episodes if self.cell.regret else 0
+            flights = fly(player, self.cell.scenario, chosen.watch_episodes, chosen.watch_seed, traced=traced)
+            summary = summarize(flights.rows)
             for name in WATCHED:
                 self.logger.record(f"greedy/{name}", summary[name])
+            if traced:
+                found = summarize_regrets(regrets(flights, self.cell.scenario, chosen.watch_seed), flights.rows)
+                for name in WATCHED_REGRETS:
+                    self.logger.record(f"greedy/{name}", found[name])
         assert isinstance(self.model, OnPolicyAlgorithm | OffPolicyAlgorithm)
         self.model.dump_logs()

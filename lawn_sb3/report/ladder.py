@@ -33,8 +33,13 @@ BESIDE = "forecast"
 """The player that every method is held against."""
 LIMITS = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
 """Players drawn as lines."""
-HEIGHT_MBPS = 0.3
-"""Room above and below what is drawn."""
+UTILITY = "greedy/utility_mbps"
+CURVES = {
+    UTILITY: "mean utility $U_i$ (Mbps)",
+    "greedy/regret_mbps": "mean regret (Mbps)",
+    "greedy/nash_gap_mbps": "Nash gap (Mbps)",
+}
+"""What is drawn against env steps, as far as the trainings recorded it."""
 
 
 def has_ladder(results: Results) -> bool:
@@ -150,11 +155,12 @@ def _point(ax: Axes, results: Results, key: str, x: float, colour: str, marker: 
     ax.plot(x, found.value, marker, color=colour, markersize=8, markeredgecolor="0.2")
 
 
-def _line(ax: Axes, results: Results, key: str, colour: str) -> None:
+def _line(ax: Axes, results: Results, key: str, colour: str, inside: bool = False) -> None:
     value = float(results.scores(key, "utility_mbps").mean())
     ax.axhline(value, color=colour, linestyle=line_of(key), linewidth=1.2, zorder=1)
-    edge = ax.get_yaxis_transform()
-    ax.text(1.0, value, f" {results.methods[key].label}", color="0.2", fontsize="small", va="center", transform=edge)
+    x, across, up = (0.99, "right", "bottom") if inside else (1.0, "left", "center")
+    label, edge = f" {results.methods[key].label}", ax.get_yaxis_transform()
+    ax.text(x, value, label, color="0.2", fontsize="small", ha=across, va=up, transform=edge)
 
 
 def ladder_caption(results: Results) -> str:
@@ -174,29 +180,28 @@ def ladder_caption(results: Results) -> str:
 
 
 def learning(results: Results) -> Figure:
-    """Draw the utility of greedy play during training, a curve a learner.
+    """Draw utility, regret and Nash gap of greedy play during training, a curve a learner.
 
     :param results: what the runs left
     :return: the figure; bands are 95 % intervals of the mean over seeds
     """
     use_house_style()
-    figure = Figure(figsize=(9, 5.2), layout="constrained")
-    ax = figure.subplots()
+    curves = results.curves
+    shown = {column: text for column, text in CURVES.items() if column in curves and curves[column].notna().any()}
+    figure = Figure(figsize=(1.5 + 4.5 * len(shown), 5.2), layout="constrained")
     palette = colours(results.recipe.methods)
-    column = "greedy/utility_mbps"
     learners = {key: method for key, method in results.methods.items() if method.algo is not None}
-    curves = results.curves.dropna(subset=[column]) if column in results.curves else results.curves
-    for key in learners:
-        own = curves[curves["method"] == key]
-        if len(own):
-            sns.lineplot(
-                own, x="time/env_steps", y=column, color=palette[key], ax=ax, errorbar=("ci", 95), seed=0, legend=False
-            )
+    for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
+        known = curves.dropna(subset=[column])
+        for key in learners:
+            own, style = known[known["method"] == key], {"color": palette[key], "errorbar": ("ci", 95), "seed": 0}
+            if len(own):
+                sns.lineplot(own, x="time/env_steps", y=column, ax=ax, legend=False, **style)
+        ax.set(xlabel="env steps (joint slots of one game)", ylabel=text)
+        ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
     for key, method in results.methods.items():
-        if method.player in LIMITS[:3]:
-            _line(ax, results, key, palette[key])
-    ax.set(xlabel="env steps (joint slots of one game)", ylabel="mean utility $U_i$, greedy (Mbps)")
-    ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
+        if method.player in LIMITS[:3] and UTILITY in shown:
+            _line(figure.axes[0], results, key, palette[key], inside=True)
     handles = [Line2D([], [], color=palette[key], label=_named(method)) for key, method in learners.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
@@ -204,5 +209,6 @@ def learning(results: Results) -> Figure:
 
 LEARNING_CAPTION = (
     "Greedy play during training, on missions apart from the test's, not smoothed; bands: 95 % bootstrap interval of "
-    "the mean over seeds. Lines: players without training on the test missions."
+    "the mean over seeds. Regret: what a UAV could gain by deviating alone, the others' trajectories fixed; Nash gap: "
+    "the largest of an episode, mean over episodes. Lines: players without training on the test missions."
 )

@@ -10,7 +10,7 @@ from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, SAMPLED_FILE
 from lawn_sb3.experiment.evaluation import COLUMNS, PATH_COLUMNS
 from lawn_sb3.experiment.recipe import Cell, Evaluation
 from lawn_sb3.experiment.regret import COLUMNS as REGRET_COLUMNS
-from lawn_sb3.experiment.regret import is_too_low
+from lawn_sb3.experiment.regret_files import is_too_low
 from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.report.csv_file import Allowed, checked_values, read_table, read_text_columns
 from lawn_sb3.scenario import Scenario

@@ -15,7 +15,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.reference import export_runs
-from lawn_sb3.experiment.regret import add_regrets
+from lawn_sb3.experiment.regret_files import add_regrets
 from tests.experiment.test_cell import ignore
 
 

@@ -15,7 +15,8 @@ from rich.console import Console
 from lawn_sb3.experiment.cell import REGRET_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluation_games, fly
 from lawn_sb3.experiment.recipe import Cell, Method
-from lawn_sb3.experiment.regret import add_regrets, has_regrets, regrets, summarize_regrets, trajectories
+from lawn_sb3.experiment.regret import regrets, summarize_regrets, trajectories
+from lawn_sb3.experiment.regret_files import add_regrets, has_regrets
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator

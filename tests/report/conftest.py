@@ -10,7 +10,7 @@ from rich.console import Console
 
 from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
-from lawn_sb3.experiment.regret import add_regrets
+from lawn_sb3.experiment.regret_files import add_regrets
 
 RECIPE = """
 title: A small comparison
