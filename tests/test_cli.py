@@ -112,6 +112,17 @@ def test_reproduce_runs_what_is_missing_and_keeps_what_is_finished(tmp_path: Pat
     assert report.stdout == again.stdout
 
 
+def test_one_method_of_a_recipe_can_be_trained_alone_and_reproduce_takes_the_run(tmp_path: Path) -> None:
+    path = recipe(tmp_path, seeds=[0])
+    run = tmp_path / "tiny" / "mappo" / "seed-0"
+    trained = lawn("train", "--recipe", path, "--method", "mappo", "--seed", "0", "--out", run)
+    assert trained.returncode == 0, trained.stderr
+    assert "1 of 2 runs are finished already" in lawn("reproduce", path).stderr
+    unknown = lawn("train", "--recipe", path, "--method", "mapo", "--out", tmp_path / "other")
+    assert unknown.returncode == 2
+    assert "did you mean 'mappo'" in unknown.stderr
+
+
 def test_a_failed_run_leaves_the_others_finished_and_status_1(tmp_path: Path) -> None:
     bad = {"label": "Bad", "algo": "mappo", "env_steps": 128, "num_games": 2, "settings": {"target_kl": "abc"}}
     path = recipe(tmp_path, methods={**TINY_RECIPE["methods"], "bad": bad}, seeds=[0])  # type: ignore[dict-item]

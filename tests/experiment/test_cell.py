@@ -79,6 +79,13 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
     assert len(rows) == small_cell.evaluation.episodes * small_cell.scenario.num_uavs
 
 
+def test_regrets_are_watched_where_they_are_asked_for(small_cell: Cell) -> None:
+    run_cell(replace(small_cell, regret=True), ignore)
+    watched = pd.read_csv(small_cell.directory / "progress.csv").dropna(subset=["greedy/utility_mbps"])
+    assert (watched["greedy/regret_mbps"] >= 0.0).all()
+    assert (watched["greedy/nash_gap_mbps"] >= watched["greedy/regret_mbps"]).all()  # the largest of each episode
+
+
 def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None:
     twin = replace(small_cell, directory=tmp_path / "twin")
     for cell in (small_cell, twin):
