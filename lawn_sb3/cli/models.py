@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -70,43 +71,20 @@ def train(
     changed = parse_overrides(hyperparams, "--hyperparams") | ({} if device == "cpu" else {"device": device})
     if (recipe_path is None) != (method is None):
         raise UserError("name both --recipe FILE and --method NAME, or neither")
-    recipe = load_recipe(recipe_path) if recipe_path is not None else None
-    if recipe is not None and method is not None:
-        if method not in recipe.methods:
-            raise unknown_name("method", method, recipe.methods)
-        known: Method | None = recipe.methods[method]
+    if recipe_path is not None and method is not None:
         if algo is not None or policy is not None:
             raise UserError("--recipe: algorithm and policy are those of its --method; leave out --algo and --policy")
-        assert known is not None
-        if known.algo is None:
-            raise UserError(
-                f"method {method!r} is a player without training; lawn-sb3 evaluate --player {known.player}"
-            )
-        values = known.model_dump()
-        game = recipe.game() if scenario is None else load_scenario(scenario)
+        whole = _cell_of_recipe(recipe_path, method)
     else:
-        chosen = algo or "mappo"
-        known = _paper_method(chosen, policy or DEFAULT_POLICIES.get(chosen))
-        values = {
-            "label": out.resolve().name,
-            "algo": chosen,
-            "policy": policy or DEFAULT_POLICIES.get(chosen),
-            "env_steps": 150_000,
-            "num_games": known.num_games if known else 64,
-            "settings": known.settings if known else {},
-        }
-        game = load_scenario(scenario or "paper")
+        whole = _cell_of_algorithm(algo or "mappo", policy, out.resolve().name)
+    game = whole.scenario if scenario is None else load_scenario(scenario)
     if changes:
         game = parse_scenario({**game.model_dump(), **parse_overrides(changes)}, where=f"scenario {game.name!r}")
+    values = whole.method.model_dump()
     values["settings"] = {**values["settings"], **changed}
     values |= {key: value for key, value in (("env_steps", env_steps), ("num_games", num_games)) if value is not None}
-    evaluation = recipe.evaluation if recipe is not None else Evaluation()
-    key, regret = method or out.resolve().name, recipe is not None and recipe.regret
-    cell = Cell(key, parse_method(values), seed, game, evaluation, out, regret=regret)
-    if out.exists() and not out.is_dir():
-        raise UserError(f"--out {str(out)!r} is a file, not a folder")
-    if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():
-        raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
+    cell = replace(whole, method=parse_method(values), seed=seed, scenario=game, directory=out)
+    _refuse_folder(out)
     if is_finished(cell):
         say(f"{out} holds this run already, finished")
         return
@@ -122,6 +100,40 @@ def train(
             reason = str(error).splitlines()[0] if str(error) else "no reason given"
             fail(f"training in {str(out)!r} failed: {type(error).__name__}: {reason}; checkpoints are kept", 1)
     say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
+
+
+def _cell_of_recipe(path: Path, name: str) -> Cell:
+    """The cell of a recipe's method, with its first seed."""
+    recipe = load_recipe(path)
+    if name not in recipe.methods:
+        raise unknown_name("method", name, recipe.methods)
+    method = recipe.methods[name]
+    if method.algo is None:
+        raise UserError(f"method {name!r} is a player without training; lawn-sb3 evaluate --player {method.player}")
+    return Cell(name, method, 0, recipe.game(), recipe.evaluation, Path(), regret=recipe.regret)
+
+
+def _cell_of_algorithm(algo: str, policy: str | None, name: str) -> Cell:
+    """The cell of an algorithm with the settings of ``runs/paper.yaml``, where that has a method like it."""
+    policy = policy or DEFAULT_POLICIES.get(algo)
+    known = _paper_method(algo, policy)
+    values = {
+        "label": name,
+        "algo": algo,
+        "policy": policy,
+        "env_steps": 150_000,
+        "num_games": known.num_games if known else 64,
+        "settings": known.settings if known else {},
+    }
+    return Cell(name, parse_method(values), 0, load_scenario("paper"), Evaluation(), Path())
+
+
+def _refuse_folder(out: Path) -> None:
+    """Refuse a run directory that is none."""
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():
+        raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
 
 
 def _paper_method(algo: str, policy: str | None) -> Method | None:
