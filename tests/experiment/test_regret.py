@@ -148,7 +148,7 @@ def test_runs_get_their_regrets_once(small_cell: Cell, monkeypatch: pytest.Monke
     assert not has_regrets(cells[2])
     assert not (cells[2].directory / REGRET_FILE).exists()
     assert not unfinished.directory.exists()
-    monkeypatch.setattr("lawn_sb3.experiment.regret.fly", None)  # flying again would fail
+    monkeypatch.setattr("lawn_sb3.experiment.regret_files.fly", None)  # flying again would fail
     add_regrets(cells, QUIET)
 
 
