@@ -178,6 +178,7 @@ def make_vec_env(
     extras: Collection[Extra] = (),
     slack: int | None = None,
     credit: Credit = "own",
+    fewest_uavs: int | None = None,
 ) -> FlatVecEnv:
     """Flatten the game into a vector environment for SB3, through SuperSuit.
 
@@ -193,13 +194,14 @@ def make_vec_env(
         ``intents``
     :param slack: allow in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
     :param credit: whose reward a learner is given: ``own``, ``difference`` or ``team``
+    :param fewest_uavs: games of so many to N UAVs, drawn anew for each (``episode``); all N without a number
     :return: a vector environment of copies * G * N slots
     :raises UserError: if an argument is not allowed
     """
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
     games = TrainingEnv(
-        scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit
+        scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit, fewest_uavs
     )
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"

@@ -57,6 +57,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param slack: allow in-time moves alone: arrival by T_i^min and so many slots must stay possible; without a number,
         all moves inside the airspace are allowed
     :param credit: whose reward a learner is given; with ``team`` also those that wait for their game to restart
+    :param fewest_uavs: games of so many to N UAVs, drawn anew for each; all N without a number
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
@@ -74,6 +75,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         extras: Collection[Extra] = (),
         slack: int | None = None,
         credit: Credit = "own",
+        fewest_uavs: int | None = None,
     ) -> None:
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
@@ -81,7 +83,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         if credit not in get_args(Credit):
             raise unknown_name("credit", credit, get_args(Credit))
         self.credit = credit
-        self.simulator = Simulator(scenario, num_games, seed, continuation)
+        self.simulator = Simulator(scenario, num_games, seed, continuation, fewest_uavs)
         self.observer = Observer(scenario, with_index, extras)
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]

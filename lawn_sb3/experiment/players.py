@@ -148,6 +148,7 @@ def training_env(cell: Cell) -> FlatVecEnv:
         extras=[extra for extra in EXTRAS if extra in getattr(policy, "sees", ())],
         slack=method.slack,
         credit=method.credit,
+        fewest_uavs=method.fewest_uavs,
     )
 
 

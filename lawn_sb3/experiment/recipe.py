@@ -24,7 +24,7 @@ from lawn_sb3.experiment.registry import (
     find_algorithm,
 )
 from lawn_sb3.game.kernel import RewardTerm
-from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.game.simulator import Continuation, check_fewest
 from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
@@ -73,6 +73,9 @@ class Method(BaseModel):
         None, ge=0, description="in-time moves alone, in training and play: arrival by T_min and so many slots"
     )
     credit: Credit = Field("own", description="whose reward training gives a UAV")
+    fewest_uavs: int | None = Field(
+        None, ge=1, description="train in games of so many to N UAVs, drawn anew for each; in N without a number"
+    )
     baseline: str | None = Field(None, description="method of the same recipe that this one is an ablation of")
 
     @model_validator(mode="before")
@@ -107,10 +110,10 @@ class Method(BaseModel):
             if self.player not in PLAYERS:
                 raise unknown_name("player", self.player, PLAYERS)
             trains = self.env_steps or self.settings or self.policy or self.without_reward or self.baseline
-            if trains or self.slack is not None or self.credit != "own":
+            if trains or self.slack is not None or self.credit != "own" or self.fewest_uavs is not None:
                 raise ValueError(
                     f"method {self.label!r} is a player without training: no policy, env_steps, settings, "
-                    "without_reward, slack, credit or baseline"
+                    "without_reward, slack, credit, fewest_uavs or baseline"
                 )
             return self
         assert self.algo is not None
@@ -123,6 +126,10 @@ class Method(BaseModel):
             raise ValueError(f"method {self.label!r}: {self.algo} trains with continuation {needed}")
         if self.credit == "team" and self.algo != "mappo-episodes":
             raise ValueError(f"method {self.label!r}: credit team needs mappo-episodes, where games are whole")
+        if self.fewest_uavs is not None and not getattr(ALGORITHMS[self.algo], "takes_crowds", False):
+            raise ValueError(
+                f"method {self.label!r}: fewest_uavs needs mappo-episodes or imitate, where games are whole"
+            )
         known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT
         for key in self.settings:
             if key not in known:
@@ -316,12 +323,22 @@ def load_recipe(path: Path) -> Recipe:
     except ValidationError as error:
         raise explain(error, Recipe, str(path)) from None
     for variant in recipe.split().values():
-        variant.game()
+        game = variant.game()
+        for key, method in recipe.methods.items():
+            if method.fewest_uavs is not None:
+                _check_crowds(method.fewest_uavs, game, method.continuation, f"methods.{key}")
     for method in recipe.methods.values():
         _check_policy_fits(method)
     if recipe.scaling is not None:
         _check_scaling(recipe, recipe.scaling)
     return recipe
+
+
+def _check_crowds(fewest_uavs: int, game: Scenario, continuation: Continuation, where: str) -> None:
+    try:
+        check_fewest(fewest_uavs, game, continuation)
+    except UserError as error:
+        raise UserError(f"{where}: {error}") from None
 
 
 def fits_any_num_uavs(method: Method) -> bool:

@@ -359,6 +359,26 @@ def start_games(rules: Rules, state: State) -> None:
 
 
 @njit
+def thin_games(rules: Rules, state: State, rng: np.random.Generator, fewest: int, games: NDArray[np.bool_]) -> None:
+    """Let games that start anew have fewer UAVs than N: the last of them are where they headed for.
+
+    :param rules: the game's constants
+    :param state: the state; written
+    :param rng: source of the numbers of UAVs, each from ``fewest`` to N as likely as any other
+    :param fewest: the smallest number of UAVs, 1 or more
+    :param games: which games [G]
+    """
+    num_uavs = state.flying.shape[1]
+    for g in range(len(games)):
+        if games[g]:
+            for i in range(rng.integers(fewest, num_uavs + 1), num_uavs):
+                state.flying[g, i] = False
+                state.position[g, i] = state.destination[g, i]
+                state.min_slots[g, i] = 0
+    count_loads(rules, state)
+
+
+@njit
 def renew_missions(rules: Rules, state: State, rng: np.random.Generator, whole_games: bool) -> None:
     """Give UAVs that are done a new mission.
 

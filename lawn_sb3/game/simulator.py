@@ -19,11 +19,28 @@ from lawn_sb3.game.kernel import (
     renew_missions,
     start_games,
     step_games,
+    thin_games,
 )
 from lawn_sb3.scenario import Scenario
 
 Continuation = Literal["mission", "episode"]
 Seed = int | np.random.SeedSequence | None
+
+
+def check_fewest(fewest_uavs: int, scenario: Scenario, continuation: Continuation) -> None:
+    """Refuse a smallest number of UAVs that the games cannot have.
+
+    :param fewest_uavs: the number
+    :param scenario: the game
+    :param continuation: how UAVs that are done go on
+    :raises UserError: if it is not from 1 to N, the games never start anew, or UAVs that are done stay in the air
+    """
+    if not 1 <= fewest_uavs <= scenario.num_uavs:
+        raise UserError(f"fewest_uavs = {fewest_uavs}: from 1 to num_uavs = {scenario.num_uavs}")
+    if continuation != "episode":
+        raise UserError(f"fewest_uavs = {fewest_uavs} needs games that start anew: continuation episode")
+    if scenario.arrived_uav != "leaves":
+        raise UserError(f"fewest_uavs = {fewest_uavs} needs arrived_uav leaves: one that is absent takes no resources")
 
 
 class Snapshot(NamedTuple):
@@ -43,22 +60,32 @@ class Simulator:
     :param num_games: number of games G
     :param seed: seed of the missions
     :param continuation: how UAVs that are done go on
-    :raises UserError: if ``num_games`` or ``continuation`` is not allowed
+    :param fewest_uavs: with ``episode``, every new game has so many to N UAVs, each number as likely as any other;
+        all N without a number
+    :raises UserError: if ``num_games``, ``continuation`` or ``fewest_uavs`` is not allowed
     """
 
     state: State
     """The state of all games; read it, do not write it."""
 
     def __init__(
-        self, scenario: Scenario, num_games: int = 1, seed: Seed = None, continuation: Continuation = "mission"
+        self,
+        scenario: Scenario,
+        num_games: int = 1,
+        seed: Seed = None,
+        continuation: Continuation = "mission",
+        fewest_uavs: int | None = None,
     ) -> None:
         if num_games < 1:
             raise UserError(f"num_games = {num_games}: at least 1 game")
         if continuation not in get_args(Continuation):
             raise unknown_name("continuation", continuation, get_args(Continuation))
+        if fewest_uavs is not None:
+            check_fewest(fewest_uavs, scenario, continuation)
         self.scenario = scenario
         self.num_games = num_games
         self.continuation = continuation
+        self.fewest_uavs = fewest_uavs
         self.rules = build_rules(scenario)
         self.outcome = empty_outcome(num_games, scenario.num_uavs)
         self.reset(seed=seed)
@@ -79,6 +106,7 @@ class Simulator:
             if isinstance(seed, int) and seed < 0:
                 raise UserError(f"seed = {seed}: a whole number from 0 up")
             self._rng = np.random.default_rng(seed)
+        drawn = missions is None
         if missions is None:
             missions = draw_missions(self.scenario, self.num_games, self._rng)
         else:
@@ -87,6 +115,8 @@ class Simulator:
         self.state.position[:] = missions.origins
         self.state.destination[:] = missions.destinations
         start_games(self.rules, self.state)
+        if drawn and self.fewest_uavs is not None:
+            thin_games(self.rules, self.state, self._rng, self.fewest_uavs, np.ones(self.num_games, dtype=bool))
 
     def step(self, actions: NDArray[np.integer[Any]]) -> Outcome:
         """Play one slot of every game.
@@ -107,7 +137,10 @@ class Simulator:
 
     def go_on(self) -> None:
         """Give UAVs that are done their next mission, or games that are done their next episode."""
+        over = np.logical_not(self.state.flying.any(axis=1))
         renew_missions(self.rules, self.state, self._rng, self.continuation == "episode")
+        if self.fewest_uavs is not None:
+            thin_games(self.rules, self.state, self._rng, self.fewest_uavs, over)
 
     def allowed_moves(self, slack: int | None = None) -> NDArray[np.bool_]:
         """The moves that a masked player may take.

@@ -187,6 +187,16 @@ def test_team_reward_is_the_mean_over_the_uavs_of_a_game() -> None:
     np.testing.assert_allclose(team.step(actions)[1].reshape(8, 4), rewards.mean(axis=1, keepdims=True).repeat(4, 1))
 
 
+def test_games_of_fewer_uavs_leave_only_those_that_fly_in_the_batch() -> None:
+    env = games(fewest_uavs=1)
+    model = EpisodeMAPPO(rung("clock"), env, **SETTINGS).learn(60)
+    episodes = model.ep_info_buffer
+    assert episodes is not None
+    slots = sum(int(episode["l"]) for episode in episodes)  # those that fly are done once each, the others never
+    assert len(model.rollout_buffer.actions) == slots
+    assert len(episodes) < 32
+
+
 def test_an_unknown_credit_is_refused() -> None:
     with pytest.raises(UserError, match="unknown credit 'teams'"):
         games(credit="teams")

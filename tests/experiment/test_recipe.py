@@ -107,6 +107,12 @@ def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
             "either a player or an algo",
         ),
         (changed(idle={"label": "M", "player": "random", "env_steps": 5}), "without training"),
+        (changed(idle={"label": "M", "player": "random", "fewest_uavs": 2}), "without training"),
+        (changed(mappo=learner(fewest_uavs=2)), "fewest_uavs needs mappo-episodes or imitate"),
+        (
+            changed(mappo=learner(algo="mappo-episodes", fewest_uavs=5)),
+            "methods.mappo: fewest_uavs = 5: from 1 to num_uavs = 4",
+        ),
         (changed(**{"../up": {"label": "M", "player": "random"}}), "names a folder"),
     ],
 )

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.game import Missions, Simulator
+from lawn_sb3.game import Missions, Simulator, draw_missions
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, random_actions, random_play, scenarios
@@ -192,6 +192,34 @@ def test_episode_restarts_a_game_only_once_all_its_uavs_are_done() -> None:
     assert waits > 20
 
 
+def test_games_of_fewer_uavs_have_each_number_as_often_and_those_in_no_game_count_nowhere() -> None:
+    simulator = Simulator(PAPER, 3_000, seed=7, continuation="episode", fewest_uavs=2)
+    state = simulator.state
+    present = state.flying.sum(axis=1)
+    assert np.bincount(present)[2:] == pytest.approx(1_000, abs=120)  # standard error 26
+    np.testing.assert_array_equal(state.flying, np.arange(4) < present[:, None])
+    np.testing.assert_array_equal(state.cell_load.sum(axis=1), present)
+    np.testing.assert_array_equal((state.position == state.destination).all(axis=-1), ~state.flying)
+    actions = random_actions(simulator, np.random.default_rng(0))
+    outcome = simulator.step(actions)
+    assert not outcome.rate_mbps[np.arange(4) >= present[:, None]].any()
+
+
+def test_games_of_fewer_uavs_draw_their_number_anew_and_reset_flies_the_missions_it_is_given() -> None:
+    simulator = Simulator(SMALL, 20, seed=7, continuation="episode", fewest_uavs=1)
+    numbers: set[int] = set()
+    for played in random_play(simulator, seed=1, slots=30):
+        over = ~played.state.flying.any(axis=1)
+        simulator.go_on()
+        numbers |= set(simulator.state.flying[over].sum(axis=1).tolist())
+        np.testing.assert_array_equal(simulator.state.flying[~over], played.state.flying[~over])
+    assert numbers == {1, 2, 3, 4}
+    missions = draw_missions(SMALL, 20, np.random.default_rng(0))
+    simulator.reset(missions=missions)
+    assert simulator.state.flying.all()
+    np.testing.assert_array_equal(simulator.state.position, missions.origins)
+
+
 def test_nothing_happens_to_uavs_that_are_down_until_they_go_on() -> None:
     simulator = Simulator(SMALL, 5, seed=7)
     *_, last = random_play(simulator, seed=1, slots=SMALL.max_slots)
@@ -249,11 +277,18 @@ def test_actions_that_do_not_exist_are_refused(actions: np.ndarray, said: list[s
 
 @pytest.mark.parametrize(
     ("arguments", "said"),
-    [({"num_games": 0}, "num_games = 0: at least 1"), ({"continuation": "missions"}, "did you mean 'mission'")],
+    [
+        ({"num_games": 0}, "num_games = 0: at least 1"),
+        ({"continuation": "missions"}, "did you mean 'mission'"),
+        ({"continuation": "episode", "fewest_uavs": 5}, "fewest_uavs = 5: from 1 to num_uavs = 4"),
+        ({"continuation": "episode", "fewest_uavs": 0}, "fewest_uavs = 0: from 1 to num_uavs = 4"),
+        ({"fewest_uavs": 2}, "continuation episode"),
+        ({"continuation": "episode", "fewest_uavs": 2, "scenario": PAPER.changed(arrived_uav="stays")}, "leaves"),
+    ],
 )
 def test_impossible_simulator_is_refused(arguments: dict[str, Any], said: str) -> None:
     with pytest.raises(UserError, match=said):
-        Simulator(PAPER, **arguments)
+        Simulator(**{"scenario": PAPER, **arguments})
 
 
 # Table II

@@ -6,7 +6,7 @@ UAVs that have arrived wait for their game to end: nobody asks the networks abou
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import torch as th
@@ -103,6 +103,7 @@ class EpisodeMAPPO(MaskableMAPPO):
     """
 
     continuation = "episode"
+    takes_crowds: ClassVar[bool] = True  # UAVs that are in no game leave nothing in the batch
     default_buffer_class = EpisodeBuffer
     rollout_buffer: EpisodeBuffer
 
