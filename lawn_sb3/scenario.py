@@ -262,6 +262,7 @@ class Scenario(BaseModel):
 PRESETS: dict[str, Scenario] = {
     "paper": Scenario(),
     "as-printed": Scenario(name="as-printed", width_voxels=100, length_voxels=100, max_altitude_m=300.0),
+    "tiny": Scenario(name="tiny", num_uavs=2, width_voxels=4, length_voxels=4, max_altitude_m=10.0),
 }
 
 
@@ -282,7 +283,7 @@ def parse_scenario(values: dict[str, Any], where: str) -> Scenario:
 def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
     """Find a scenario and change some of its constants.
 
-    :param name: a preset (``paper``, ``as-printed``) or the path of a YAML file
+    :param name: a preset (``paper``, ``as-printed``, ``tiny``) or the path of a YAML file
     :param overrides: changes written ``key=value``, the value in YAML, such as ``num_uavs=8``
     :return: the scenario
     :raises UserError: if there is no such scenario, or it is impossible

@@ -1,8 +1,9 @@
-"""The command about planners: plan."""
+"""Commands about planners: plan, ceiling."""
 
 from __future__ import annotations
 
 import inspect
+import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -10,14 +11,20 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
+from rich.table import Table
 
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.ceilings import ceilings, utility_of
 from lawn_sb3.experiment.cell import write_rows
 from lawn_sb3.experiment.plans import Advance, plan_episodes
-from lawn_sb3.experiment.registry import PLANNERS
+from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
+from lawn_sb3.game.player import Player
+from lawn_sb3.planning.ceiling import tiny_games
 from lawn_sb3.planning.flight import ANY_SLACK
 from lawn_sb3.scenario import load_scenario
 
@@ -77,6 +84,44 @@ def plan(
         say(
             "not all episodes are equilibria: searches without a fixed point, or flights longer than --slack would gain"
         )
+
+
+@app.command("ceiling")
+def show_ceiling(
+    scenario: ScenarioName = "tiny",
+    changes: Changes = [],  # noqa: B006
+    players: Annotated[list[str], typer.Option("--player", help=f"also fly it: {', '.join(PLAYERS)}; repeatable")] = [],  # noqa: B006
+    runs: Annotated[list[Path], typer.Option("--run", help="also fly this trained run; repeatable")] = [],  # noqa: B006
+    as_json: AsJson = False,
+) -> None:
+    """Prove what two UAVs of a tiny game can have at most, by what they know of each other.
+
+    Mean utility of a UAV over all missions, each flown once, in Mbps: what no decentralised policy in time exceeds, and
+    what the best that was found has.
+    """
+    game = load_scenario(scenario, changes)
+    chosen: dict[str, tuple[Player, int]] = {name: (find_player(name), 0) for name in players}
+    for run in runs:
+        cell = load_run(run)
+        if cell.scenario != game:
+            raise UserError(f"{str(run)!r} was trained on {cell.scenario.title!r}, not on {game.title!r}")
+        chosen[f"{cell.key} seed {cell.seed}"] = load_player(cell, deterministic=True), cell.seed
+    games = tiny_games(game)
+    say(f"{len(games.origin):,} missions, {len(games.mission):,} joint flights in time")
+    proven = ceilings(games, lambda name: say(f"ceiling of who knows {name}"))
+    flown = {name: utility_of(player, game, games, seed) for name, (player, seed) in chosen.items()}
+    if as_json:
+        print(json.dumps({**proven._asdict(), "utility_mbps": flown}))
+        return
+    table = Table(title=f"mean utility of a UAV on {game.title}, Mbps")
+    for column in ("a UAV knows", "at most", "found"):
+        table.add_column(column, justify="left" if column == "a UAV knows" else "right")
+    for name, (at_most, found) in proven.ceilings.items():
+        table.add_row(name, f"{at_most:.3f}", f"{found:.3f}")
+    table.add_section()
+    for name, utility in {"best joint flights": proven.joint_optimum_mbps, **flown}.items():
+        table.add_row(name, "", f"{utility:.3f}")
+    Console().print(table)
 
 
 @contextmanager

@@ -1,0 +1,253 @@
+"""The ceiling: what two UAVs of a tiny game can have at most, by what each of them knows when it decides.
+
+In an airspace where every mission takes one slot or two, a UAV in time decides once: through which voxel it flies. What
+it can make of what it knows is then a team decision between two who see different things. Probabilities of both
+decisions that agree, for each UAV, with a choice made of what it sees alone are the solutions of linear conditions; all
+decentralised policies meet them, random and correlated ones too, so the largest welfare under them is one that no such
+policy exceeds. Policies that are found by best responses from there show how tight it is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import permutations, product
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linprog
+from scipy.sparse import csr_array, vstack
+
+from lawn_sb3.errors import UserError
+from lawn_sb3.game.airspace import Missions
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import Scenario
+
+Ints = NDArray[np.int64]
+Floats = NDArray[np.float64]
+
+MOST_FLIGHTS = 1_000_000
+"""Joint flights that are worked out, at most."""
+BATCH = 50_000
+MOST_ROUNDS = 200
+
+
+class TinyGames(NamedTuple):
+    """All missions of two UAVs, and all of their joint flights in time.
+
+    :param origin: voxel of each UAV's origin [K, 2]
+    :param destination: voxel of each UAV's destination [K, 2]
+    :param cell: the cell of each voxel [V]
+    :param voxels: their coordinates [V, 3]
+    :param mission: of each joint flight, its mission [R]
+    :param through: of each joint flight, the voxel at the end of each UAV's first slot [R, 2]
+    :param utility_mbps: of each joint flight, the mean utility of its two UAVs [R]
+    """
+
+    origin: Ints
+    destination: Ints
+    cell: Ints
+    voxels: Ints
+    mission: Ints
+    through: Ints
+    utility_mbps: Floats
+
+    def missions(self) -> Missions:
+        """Origins and destinations of all missions, each once.
+
+        :return: in voxels [K, 2, 3]
+        """
+        return Missions(self.voxels[self.origin], self.voxels[self.destination])
+
+
+class Ceiling(NamedTuple):
+    """What can be had by what is known, mean utility of a UAV over all missions.
+
+    :param at_most_mbps: no decentralised policy has more
+    :param found_mbps: what one that was found has
+    """
+
+    at_most_mbps: float
+    found_mbps: float
+
+
+def _own(games: TinyGames) -> list[Ints]:
+    return [games.origin[:, [0, 1]], games.destination[:, [0, 1]]]
+
+
+def _cells(games: TinyGames) -> list[Ints]:
+    return [*_own(games), games.cell[games.origin[:, [1, 0]]]]
+
+
+def _headed(games: TinyGames) -> list[Ints]:
+    return [*_cells(games), games.cell[games.destination[:, [1, 0]]]]
+
+
+def _all(games: TinyGames) -> list[Ints]:
+    return [*_own(games), games.origin[:, [1, 0]], games.destination[:, [1, 0]]]
+
+
+KNOWN: dict[str, Callable[[TinyGames], list[Ints]]] = {
+    "nothing of the other": _own,
+    "loads": _cells,
+    "the cell it heads for": _headed,
+    "its intents": _all,
+}
+"""What a UAV knows when it decides, for both UAVs [K, 2] each: with two UAVs, loads without oneself are the other's
+cell. A clock or a memory adds nothing: it is the first slot."""
+
+
+def tiny_games(scenario: Scenario) -> TinyGames:
+    """All missions of a tiny game, and the welfare of all joint flights in time, played by the simulator.
+
+    :param scenario: the game
+    :return: the missions and the flights
+    :raises UserError: if it has not two UAVs, if a mission takes more than two slots, or if there are too many flights
+    """
+    if scenario.num_uavs != 2:
+        raise UserError(f"num_uavs = {scenario.num_uavs}: the ceiling is worked out for 2 UAVs")
+    farthest, steps = sum(size - 1 for size in scenario.grid), scenario.max_voxel_steps
+    if farthest > 2 * steps or scenario.max_slots < 2:
+        allowed = min(2, scenario.max_slots) * steps
+        raise UserError(f"the grid {scenario.grid} has missions of {farthest} voxel steps: at most {allowed}")
+    voxels = np.array(list(product(*(range(size) for size in scenario.grid))))
+    apart = np.abs(voxels[:, None] - voxels).sum(axis=-1)
+    through = [[_through(apart, start, end, steps) for end in range(len(voxels))] for start in range(len(voxels))]
+    missions, mission, via = _missions_and_flights(len(voxels), through)
+    simulator = Simulator(scenario)
+    x, y, z = voxels.T
+    games = TinyGames(
+        missions[:, :2], missions[:, 2:], simulator.rules.cell[x, y, z], voxels, mission, via, np.zeros(len(mission))
+    )
+    for start in range(0, len(mission), BATCH):
+        chosen = slice(start, start + BATCH)
+        games.utility_mbps[chosen] = _fly(scenario, games, chosen)
+    return games
+
+
+def _through(apart: Ints, start: int, end: int, steps: int) -> Ints:
+    """Voxels through which a flight from one voxel to another is in time: its end, if one slot is enough."""
+    if apart[start, end] <= steps:
+        return np.array([end])
+    return np.flatnonzero((apart[start] <= steps) & (apart[end] <= steps))
+
+
+def _missions_and_flights(num_voxels: int, through: list[list[Ints]]) -> tuple[Ints, Ints, Ints]:
+    """Missions [K, 4], and the mission [R] and the voxels [R, 2] of each joint flight."""
+    ways = np.array([[len(way) for way in row] for row in through])
+    missions = np.array(list(permutations(range(num_voxels), 4)), dtype=np.int64).reshape(-1, 4)
+    flights = int((ways[missions[:, 0], missions[:, 2]] * ways[missions[:, 1], missions[:, 3]]).sum())
+    if flights > MOST_FLIGHTS:
+        raise UserError(
+            f"the game has {flights:,} joint flights: the ceiling is worked out for {MOST_FLIGHTS:,} at most"
+        )
+    mission, via = [], []
+    for k, (one, other, end, other_end) in enumerate(missions):
+        pairs = list(product(through[one][end], through[other][other_end]))
+        mission += [k] * len(pairs)
+        via += pairs
+    return missions, np.array(mission, dtype=np.int64), np.array(via, dtype=np.int64).reshape(-1, 2)
+
+
+def _fly(scenario: Scenario, games: TinyGames, chosen: slice) -> Floats:
+    """Mean utilities of some joint flights [R]."""
+    mission, via = games.mission[chosen], games.through[chosen]
+    start, end = games.origin[mission], games.destination[mission]
+    simulator = Simulator(scenario, len(mission), seed=0)
+    simulator.reset(missions=Missions(games.voxels[start], games.voxels[end]))
+    actions, reach = simulator.rules.actions, scenario.max_voxel_steps
+    index = np.zeros((2 * reach + 1,) * 3, dtype=np.int64)
+    index[tuple((actions + reach).T)] = np.arange(len(actions))
+    utility = np.zeros(len(mission))
+    for here, there in ((start, via), (via, end)):
+        moves = games.voxels[there] - games.voxels[here] + reach
+        utility += simulator.step(index[tuple(np.moveaxis(moves, -1, 0))]).utility_mbps.mean(axis=1)
+    return utility
+
+
+def joint_optimum_mbps(games: TinyGames) -> float:
+    """Mean utility if every mission is flown by the joint flight with the most welfare.
+
+    :param games: all missions and flights
+    :return: mean over the missions, in Mbps
+    """
+    best = np.full(len(games.origin), -np.inf)
+    np.maximum.at(best, games.mission, games.utility_mbps)
+    return float(best.mean())
+
+
+def ceiling(games: TinyGames, known: Callable[[TinyGames], list[Ints]]) -> Ceiling:
+    """The most that UAVs can have which know so much of each other.
+
+    :param games: all missions and flights
+    :param known: what a UAV knows, one of :data:`KNOWN`
+    :return: what nobody exceeds, and what was found
+    """
+    seen = np.stack(known(games), axis=-1)  # [K, 2, anything]
+    _, observation = np.unique(seen.reshape(-1, seen.shape[-1]), axis=0, return_inverse=True)
+    observed = observation.reshape(-1, 2)[games.mission]  # [R, 2]
+    # A choice is a voxel to fly through after an observation; each UAV has policies of its own.
+    keys = np.stack([np.arange(2) + np.zeros_like(observed), observed, games.through], axis=-1).reshape(-1, 3)
+    choices, choice = np.unique(keys, axis=0, return_inverse=True)
+    choice = choice.reshape(-1, 2)
+    _, decision = np.unique(choices[:, :2], axis=0, return_inverse=True)
+    bound, likely = _largest(games, choice, decision)
+    return Ceiling(bound, _respond(games, choice, decision, likely))
+
+
+def _largest(games: TinyGames, choice: Ints, decision: Ints) -> tuple[float, Floats]:
+    """The largest welfare under conditions that all decentralised policies meet, and how likely choices are there.
+
+    What is returned is not the solver's optimum but the value of its dual solution, which bounds it whatever its
+    tolerance: all unknowns are probabilities, so that a positive reduced profit adds no more than itself.
+
+    :param choice: the two UAVs' choices in each joint flight [R, 2]
+    :param decision: the decision that each choice belongs to [C]
+    :return: mean utility, and probabilities [C]
+    """
+    flights, count = len(choice), len(decision)
+    joint = np.arange(flights)
+    profit = np.concatenate([np.zeros(count), games.utility_mbps / len(games.origin)])
+    shape = int(decision.max()) + 1, count + flights
+    conditions = [csr_array((np.ones(count), (decision, np.arange(count))), shape=shape)]
+    for uav in range(2):  # of a mission, joint flights with this choice are as likely as the choice
+        pairs = np.stack([games.mission, choice[:, uav]], axis=-1)
+        unique, row = np.unique(pairs, axis=0, return_inverse=True)
+        shape = len(unique), count + flights
+        sums = csr_array((np.ones(flights), (row.ravel(), count + joint)), shape=shape)
+        conditions.append(sums - csr_array((np.ones(len(unique)), (np.arange(len(unique)), unique[:, 1])), shape=shape))
+    equal: Any = vstack(conditions).tocsr()  # the stubs of linprog know no sparse matrices
+    to = np.zeros(equal.shape[0])
+    to[: conditions[0].shape[0]] = 1.0
+    solution: Any = linprog(-profit, A_eq=equal, b_eq=to, bounds=(0, None), method="highs-ipm")
+    if solution.status != 0:
+        raise RuntimeError(f"the linear program of the ceiling was not solved: {solution.message}")
+    price = -solution.eqlin.marginals
+    bound = float(to @ price + np.maximum(profit - equal.T @ price, 0.0).sum())
+    return bound, solution.x[:count]
+
+
+def _respond(games: TinyGames, choice: Ints, decision: Ints, likely: Floats) -> float:
+    """Best responses in turn, from the likeliest choices on, until nobody gains: mean utility of what is found."""
+    chosen = _best_choices(likely, decision)
+    found = -np.inf
+    for _ in range(MOST_ROUNDS):
+        before = found
+        for uav in range(2):
+            profit = games.utility_mbps * chosen[choice[:, 1 - uav]]
+            worth: Floats = np.bincount(choice[:, uav], profit, minlength=len(decision)).astype(np.float64)
+            mine = np.isin(np.arange(len(decision)), choice[:, uav])
+            chosen = np.where(mine, _best_choices(worth, decision), chosen)
+        found = float((games.utility_mbps * chosen[choice].all(axis=1)).sum() / len(games.origin))
+        if found <= before:
+            break
+    return found
+
+
+def _best_choices(worth: Floats, decision: Ints) -> NDArray[np.bool_]:
+    """True for one choice of each decision [C], one of most worth."""
+    order = np.lexsort((-worth, decision))
+    first = np.diff(decision[order], prepend=-1) > 0
+    best = np.zeros(len(worth), dtype=bool)
+    best[order[first]] = True
+    return best
