@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import permutations, product
+from math import perm
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -110,6 +111,8 @@ def tiny_games(scenario: Scenario) -> TinyGames:
     if farthest > 2 * steps or scenario.max_slots < 2:
         allowed = min(2, scenario.max_slots) * steps
         raise UserError(f"the grid {scenario.grid} has missions of {farthest} voxel steps: at most {allowed}")
+    if (least := perm(scenario.num_voxels, 4)) > MOST_FLIGHTS:  # a mission has one joint flight or more
+        raise _too_many(least)
     voxels = np.array(list(product(*(range(size) for size in scenario.grid))))
     apart = np.abs(voxels[:, None] - voxels).sum(axis=-1)
     through = [[_through(apart, start, end, steps) for end in range(len(voxels))] for start in range(len(voxels))]
@@ -125,6 +128,10 @@ def tiny_games(scenario: Scenario) -> TinyGames:
     return games
 
 
+def _too_many(flights: int) -> UserError:
+    return UserError(f"the game has {flights:,} joint flights or more: at most {MOST_FLIGHTS:,} can be worked out")
+
+
 def _through(apart: Ints, start: int, end: int, steps: int) -> Ints:
     """Voxels through which a flight from one voxel to another is in time: its end, if one slot is enough."""
     if apart[start, end] <= steps:
@@ -138,9 +145,7 @@ def _missions_and_flights(num_voxels: int, through: list[list[Ints]]) -> tuple[I
     missions = np.array(list(permutations(range(num_voxels), 4)), dtype=np.int64).reshape(-1, 4)
     flights = int((ways[missions[:, 0], missions[:, 2]] * ways[missions[:, 1], missions[:, 3]]).sum())
     if flights > MOST_FLIGHTS:
-        raise UserError(
-            f"the game has {flights:,} joint flights: the ceiling is worked out for {MOST_FLIGHTS:,} at most"
-        )
+        raise _too_many(flights)
     mission, via = [], []
     for k, (one, other, end, other_end) in enumerate(missions):
         pairs = list(product(through[one][end], through[other][other_end]))

@@ -104,7 +104,8 @@ def test_the_welfare_planner_is_at_the_joint_optimum_of_the_square() -> None:
         ({"num_uavs": 3}, "num_uavs = 3: the ceiling is worked out for 2 UAVs"),
         ({"width_voxels": 5}, r"missions of 7 voxel steps: at most 6"),
         ({"max_slots": 1}, r"missions of 6 voxel steps: at most 3"),
-        ({"max_altitude_m": 30.0, "max_voxel_steps": 9}, "joint flights: the ceiling is worked out for 1,000,000"),
+        ({"max_altitude_m": 30.0, "max_voxel_steps": 9}, "4,669,920 joint flights or more: at most 1,000,000"),
+        ({"width_voxels": 5, "length_voxels": 5, "max_voxel_steps": 4}, "joint flights or more: at most 1,000,000"),
     ],
 )
 def test_a_game_that_is_not_tiny_is_refused(changes: dict[str, float], said: str) -> None:
