@@ -1,4 +1,4 @@
-"""The command ``plan``, and the regret that ``evaluate`` adds."""
+"""The commands ``plan`` and ``ceiling``, and the regret that ``evaluate`` adds."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from lawn_sb3.experiment.registry import PLANNERS
+from lawn_sb3.experiment.registry import PLANNERS, REPOSITORY
 from tests.test_cli import lawn
 
 EXPECTED = "method scenario episodes seed reward rate_mbps makespan_slots completion_slots success_percent"
@@ -63,3 +63,31 @@ def test_evaluate_adds_the_regret() -> None:
     refused = lawn("evaluate", "--player", "bound", "--episodes", "5", "--regret")
     assert refused.returncode == 2
     assert "never meet" in refused.stderr
+
+
+def test_ceilings_are_printed_by_what_is_known_beside_what_players_earn() -> None:
+    size = ["--set", "width_voxels=2", "--set", "length_voxels=2", "--set", "max_voxel_steps=1"]
+    done = lawn("ceiling", *size, "--player", "shortest-path", "--player", "best-route", "--json")
+    assert done.returncode == 0
+    figures = json.loads(done.stdout)
+    at_most = [bound for bound, _ in figures["ceilings"].values()]
+    assert at_most == sorted(at_most)
+    assert at_most[-1] == pytest.approx(figures["joint_optimum_mbps"], abs=1e-6)
+    assert set(figures["utility_mbps"]) == {"shortest-path", "best-route"}
+    assert max(figures["utility_mbps"].values()) <= at_most[0] + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--scenario", "paper"], "num_uavs = 4: the ceiling is worked out for 2 UAVs"),
+        (["--player", "forcast"], "did you mean 'forecast'"),
+        (["--run", "nowhere"], "nowhere"),
+        (["--run", "runs/reference/paper/mappo/seed-0"], "was trained on 'paper', not on 'tiny'"),
+    ],
+)
+def test_a_ceiling_that_cannot_be_worked_out_is_refused_in_one_line(arguments: list[str], said: str) -> None:
+    done = lawn("ceiling", *arguments, cwd=REPOSITORY)
+    assert done.returncode == 2
+    (line,) = done.stderr.splitlines()
+    assert said in line

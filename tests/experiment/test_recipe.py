@@ -139,3 +139,22 @@ def test_the_sensitivity_recipe_has_the_papers_methods_with_a_smaller_budget() -
         same = paper.methods[key].model_copy(update={"env_steps": method.env_steps})
         assert method == same, key
     assert next(iter(other.variants.values())) == ()  # the game as it is comes first
+
+
+@pytest.mark.parametrize("name", ["swarm", "six", "printed", "tiny"])
+def test_the_ladder_in_other_games_has_the_settings_of_the_ladder(name: str) -> None:
+    ladder, other = (load_recipe(REPOSITORY / "runs" / f"{key}.yaml") for key in ("ladder", name))
+    assert other.game() != ladder.game()
+    assert {"shortest-path", "blind", "clock", "intents"} <= set(other.methods)
+    for key, method in other.methods.items():
+        theirs = ladder.methods["clock" if key == "mixed" else key] if key != "best-route" else method
+        assert (method.algo, method.policy, method.player) == (theirs.algo, theirs.policy, theirs.player), key
+        assert (method.credit, method.without_reward) == (theirs.credit, theirs.without_reward), key
+        mine, same = (
+            {setting: value for setting, value in one.settings.items() if setting != "policy_kwargs"}
+            for one in (method, theirs)
+        )
+        assert mine == same, key
+        if method.algo is not None:
+            networks = [one.settings["policy_kwargs"]["net_arch"] for one in (method, theirs)]
+            assert networks[0] == networks[1], key
