@@ -192,11 +192,11 @@ def learning(results: Results) -> Figure:
     palette = colours(results.recipe.methods)
     learners = {key: method for key, method in results.methods.items() if method.algo is not None}
     for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
-        known = curves.dropna(subset=[column])
+        known = _side_by_side(curves.dropna(subset=[column]))
         for key in learners:
             own, style = known[known["method"] == key], {"color": palette[key], "errorbar": ("ci", 95), "seed": 0}
             if len(own):
-                sns.lineplot(own, x="time/env_steps", y=column, ax=ax, legend=False, **style)
+                sns.lineplot(own, x="env_steps", y=column, ax=ax, legend=False, **style)
         ax.set(xlabel="env steps (joint slots of one game)", ylabel=text)
         ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
     for key, method in results.methods.items():
@@ -205,6 +205,16 @@ def learning(results: Results) -> Figure:
     handles = [Line2D([], [], color=palette[key], label=_named(method)) for key, method in learners.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+def _side_by_side(curves: pd.DataFrame) -> pd.DataFrame:
+    """Curves in which the k-th evaluation of all seeds of a method lies at one place, the mean of theirs.
+
+    A batch of whole games ends at other env steps in every seed.
+    """
+    nth = curves.groupby(["method", "seed"]).cumcount()
+    at = curves["time/env_steps"].groupby([curves["method"], nth]).transform("mean")
+    return curves.assign(env_steps=at)
 
 
 LEARNING_CAPTION = (

@@ -41,8 +41,8 @@ def results(**utility: float) -> Results:
         {
             "method": ["clock"] * 4,
             "seed": [0, 0, 1, 1],
-            "time/env_steps": [1, 2] * 2,
-            "greedy/utility_mbps": [37.0, 40.0] * 2,
+            "time/env_steps": [10, 20, 12, 26],
+            "greedy/utility_mbps": [37.0, 40.0, 38.0, 41.0],
         }
     )
     return results_of(recipe_with(METHODS, evaluation={"episodes": 2}), *rows, curves=curves)
@@ -75,7 +75,11 @@ def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
         "all of x 53 bits",
     ]
     assert {text.get_text().strip() for text in ax.texts} == {"Forecast", "Bound"}
-    assert ladder.learning(results()).axes[0].get_lines()
+
+
+def test_a_learning_curve_is_the_mean_over_seeds_whose_batches_end_at_other_env_steps() -> None:
+    (line, *_) = ladder.learning(results()).axes[0].get_lines()
+    assert [list(values) for values in line.get_data()] == [[11.0, 23.0], [37.5, 40.5]]
 
 
 @pytest.mark.parametrize(
