@@ -73,8 +73,10 @@ def test_ceilings_are_printed_by_what_is_known_beside_what_players_earn() -> Non
     at_most = [bound for bound, _ in figures["ceilings"].values()]
     assert at_most == sorted(at_most)
     assert at_most[-1] == pytest.approx(figures["joint_optimum_mbps"], abs=1e-6)
-    assert set(figures["utility_mbps"]) == {"shortest-path", "best-route"}
-    assert max(figures["utility_mbps"].values()) <= at_most[0] + 1e-9
+    assert set(figures["earned"]) == {"shortest-path", "best-route"}
+    for one in figures["earned"].values():
+        assert one["late_percent"] == 0.0
+        assert one["utility_mbps"] <= at_most[0] + 1e-9
 
 
 @pytest.mark.parametrize(

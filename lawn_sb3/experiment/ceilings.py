@@ -36,14 +36,23 @@ def ceilings(games: TinyGames, on_rung: Callable[[str], None]) -> Ceilings:
     return Ceilings(found, joint_optimum_mbps(games))
 
 
-def utility_of(player: Player, scenario: Scenario, games: TinyGames, seed: int = 0) -> float:
-    """What a player earns on all missions, each flown once.
+class Earned(NamedTuple):
+    """What a player earns on all missions, each flown once."""
+
+    utility_mbps: float
+    """Mean utility of a UAV."""
+    late_percent: float
+    """UAVs that took longer than T_i^min: only where there are none do the ceilings hold."""
+
+
+def earned(player: Player, scenario: Scenario, games: TinyGames, seed: int = 0) -> Earned:
+    """Let a player fly all missions, each once.
 
     :param player: the player
     :param scenario: the game
     :param games: its missions
     :param seed: seed of the player's own randomness
-    :return: mean utility of a UAV, in Mbps
+    :return: its mean utility, and how many of its UAVs were late
     """
     missions = games.missions()
     simulator = Simulator(scenario, len(missions.origins), seed=0, continuation="episode")
@@ -52,4 +61,5 @@ def utility_of(player: Player, scenario: Scenario, games: TinyGames, seed: int =
     gained = 0.0
     while simulator.state.flying.any():
         gained += float(simulator.step(player.act(simulator)).utility_mbps.sum())
-    return gained / simulator.state.flying.size
+    state = simulator.state
+    return Earned(gained / state.flying.size, float(100.0 * (state.slot > state.min_slots).mean()))

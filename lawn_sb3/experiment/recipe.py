@@ -130,6 +130,8 @@ class Method(BaseModel):
             raise ValueError(
                 f"method {self.label!r}: fewest_uavs needs mappo-episodes or imitate, where games are whole"
             )
+        if self.fewest_uavs is not None and self.credit == "team":
+            raise ValueError(f"method {self.label!r}: credit team needs the same number of UAVs in every game")
         known = accepted_settings(self.algo) - GIVEN_BY_THE_KIT
         for key in self.settings:
             if key not in known:

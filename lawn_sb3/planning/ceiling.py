@@ -1,10 +1,11 @@
-"""The ceiling: what two UAVs of a tiny game can have at most, by what each of them knows when it decides.
+"""The ceiling: what two UAVs of a tiny game can have at most in time, by what each of them knows when it decides.
 
-In an airspace where every mission takes one slot or two, a UAV in time decides once: through which voxel it flies. What
-it can make of what it knows is then a team decision between two who see different things. Probabilities of both
-decisions that agree, for each UAV, with a choice made of what it sees alone are the solutions of linear conditions; all
-decentralised policies meet them, random and correlated ones too, so the largest welfare under them is one that no such
-policy exceeds. Policies that are found by best responses from there show how tight it is.
+In an airspace where every mission takes one slot or two, a UAV that flies no longer than T_i^min decides once: through
+which voxel it flies. What it can make of what it knows is then a team decision between two who see different things.
+Probabilities of both decisions that agree, for each UAV, with a choice made of what it sees alone are the solutions of
+linear conditions. All decentralised policies in time meet them, random and correlated ones too, so no such policy has
+more than the largest welfare under them; one that lets a UAV come later can. Policies that are found by best responses
+from there show how tight it is.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class TinyGames(NamedTuple):
 class Ceiling(NamedTuple):
     """What can be had by what is known, mean utility of a UAV over all missions.
 
-    :param at_most_mbps: no decentralised policy has more
+    :param at_most_mbps: no decentralised policy in time has more
     :param found_mbps: what one that was found has
     """
 

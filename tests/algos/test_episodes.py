@@ -92,6 +92,9 @@ def test_the_lowest_rung_does_not_look_at_the_loads() -> None:
         changed = seen.clone()
         changed[:, layers.layout.cell_loads] += 0.5
         assert th.equal(layers.forward_actor(seen), layers.forward_actor(changed)) != looks
+        faster = seen.clone()
+        faster[:, layers.layout.ema_rate] += 0.5  # past loads show in the rate
+        assert th.equal(layers.forward_actor(seen), layers.forward_actor(faster)) != looks
 
 
 def test_loads_are_counted_without_oneself_and_shares_as_on_joining() -> None:

@@ -110,6 +110,10 @@ def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
         (changed(idle={"label": "M", "player": "random", "fewest_uavs": 2}), "without training"),
         (changed(mappo=learner(fewest_uavs=2)), "fewest_uavs needs mappo-episodes or imitate"),
         (
+            changed(mappo=learner(algo="mappo-episodes", fewest_uavs=2, credit="team")),
+            "credit team needs the same number of UAVs",
+        ),
+        (
             changed(mappo=learner(algo="mappo-episodes", fewest_uavs=5)),
             "methods.mappo: fewest_uavs = 5: from 1 to num_uavs = 4",
         ),

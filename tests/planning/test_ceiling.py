@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.ceilings import utility_of
+from lawn_sb3.experiment.ceilings import earned
 from lawn_sb3.game.player import Player
 from lawn_sb3.planning import BestRoutePlayer, ForecastPlayer, MeanFieldPlayer, ShortestPathPlayer, WelfarePlayer
 from lawn_sb3.planning.ceiling import KNOWN, Ceiling, TinyGames, ceiling, joint_optimum_mbps, tiny_games
@@ -88,14 +88,21 @@ def test_knowing_more_is_never_worth_less_and_knowing_all_is_the_joint_optimum(
 def test_no_player_is_above_the_ceiling_of_what_it_knows(
     player: Player, knows: str, game: Scenario, games: TinyGames, found: dict[str, Ceiling]
 ) -> None:
-    earned = utility_of(player, game, games)
-    assert 0.0 < earned <= found[knows].at_most_mbps + 1e-9
+    utility_mbps, late_percent = earned(player, game, games)
+    assert late_percent == 0.0
+    assert 0.0 < utility_mbps <= found[knows].at_most_mbps + 1e-9
 
 
 def test_the_welfare_planner_is_at_the_joint_optimum_of_the_square() -> None:
     games = tiny_games(SQUARE)
-    earned = utility_of(WelfarePlayer(slack=0), SQUARE, games)
-    assert earned == pytest.approx(joint_optimum_mbps(games), abs=1e-9)
+    assert earned(WelfarePlayer(slack=0), SQUARE, games) == pytest.approx((joint_optimum_mbps(games), 0.0), abs=1e-9)
+
+
+def test_who_comes_later_is_said_to_be_late_and_may_have_more_than_the_ceiling() -> None:
+    games = tiny_games(PLANE)
+    utility_mbps, late_percent = earned(WelfarePlayer(slack=1), PLANE, games)
+    assert late_percent > 0.0
+    assert utility_mbps > joint_optimum_mbps(games)
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ class Encoder(nn.Module):
     :param scenario: the game
     :param layout: where everything lies in the flat observation
     :param sees: what is seen besides o_i
-    :param loads: whether the cell loads are looked at
+    :param loads: whether the cell loads are looked at, and the EMA rate that they leave
     :param symmetric: turn the airspace so that the own position lies in one octant
     :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
     :raises UserError: if the scenario has not the symmetries
@@ -87,8 +87,9 @@ class Encoder(nn.Module):
             *self._places(place, target),
             least / SLOT_UNIT,
             steps / POSITION_UNIT_VOXELS,
-            seen[:, layout.ema_rate],
         ]
+        if self.loads:  # the rate tells how many shared the own cell
+            parts.append(seen[:, layout.ema_rate])
         needed = (steps + self.max_voxel_steps - 1).div(self.max_voxel_steps, rounding_mode="floor")
         parts.append(functional.one_hot(needed[:, 0].clamp(min=0, max=MOST_COUNTED), MOST_COUNTED + 1).float())
         if "clock" in self.sees:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,12 +20,12 @@ from lawn_sb3.game.player import Player
 from lawn_sb3.planning import BestRoutePlayer, ForecastPlayer, MeanFieldDestinationsPlayer, MeanFieldPlayer
 
 TEACHERS: dict[str, Callable[[], Player]] = {
-    "best-route": BestRoutePlayer,
+    "best-route": partial(BestRoutePlayer, slack=0),
     "forecast": ForecastPlayer,
     "mean-field": MeanFieldPlayer,
     "mean-field-destinations": MeanFieldDestinationsPlayer,
 }
-"""Planners whose moves can be learned: none of them sees more than an actor may be told."""
+"""Planners whose moves can be learned: none sees more than an actor may be told, and all fly in time, without slack."""
 
 
 class Imitate(EpisodeMAPPO):

@@ -114,7 +114,7 @@ class FramedPolicy(MaskableCTDEPolicy):
 
     needs_scenario: ClassVar[bool] = True
     looks_at_loads: ClassVar[bool] = True
-    """Whether the actor looks at the cell loads that o_i holds."""
+    """Whether the actor looks at the cell loads that o_i holds, and at the EMA rate that they leave."""
     sees: ClassVar[tuple[Sight, ...]] = ("clock",)
 
     def __init__(
