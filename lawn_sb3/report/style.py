@@ -39,6 +39,7 @@ LADDER = {
     "memory": "#56B4E9",
     "destinations": "#009E73",
     "intents": "#D55E00",
+    "intents-in-time": "#F0A070",
     "state": "#A33B3B",
     "taught": "#5D7BD6",
     "destinations-taught": "#7FBF3F",

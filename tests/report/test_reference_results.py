@@ -69,3 +69,24 @@ def test_every_ablation_is_whole_and_of_the_recipe_as_it_is(ablation: Report) ->
 def test_the_kept_tables_of_the_ablations_are_those_that_this_code_makes(ablation: Report, name: str) -> None:
     kept = REPOSITORY / "runs" / "reference" / "ablation" / "report" / f"{name}.md"
     assert ablation.tables[name].as_markdown() + "\n" == kept.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def ladder() -> Report:
+    """The report of the ladder, made anew."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(REPOSITORY)
+        recipe = load_recipe(Path("runs/ladder.yaml"))
+        made, _ = build_report(recipe, cells(recipe, Path("runs/reference/ladder")), "command")
+    return made
+
+
+def test_every_rung_is_whole_and_of_the_recipe_as_it_is(ladder: Report) -> None:
+    assert ladder.problems == []
+    assert len(ladder.recipe.seeds) == 3
+
+
+@pytest.mark.parametrize("name", ["ladder_table", "table2", "claims", "regret"])
+def test_the_kept_tables_of_the_ladder_are_those_that_this_code_makes(ladder: Report, name: str) -> None:
+    kept = REPOSITORY / "runs" / "reference" / "ladder" / "report" / f"{name}.md"
+    assert ladder.tables[name].as_markdown() + "\n" == kept.read_text(encoding="utf-8")
