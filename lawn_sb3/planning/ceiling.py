@@ -1,7 +1,7 @@
 """The ceiling: what two UAVs of a tiny game can have at most in time, by what each of them knows when it decides.
 
 In an airspace where every mission takes one slot or two, a UAV that flies no longer than T_i^min decides once: through
-which voxel it flies. What it can make of what it knows is then a team decision between two who see different things.
+which voxel it flies. What it can do with what it knows is then a team decision between two who see different things.
 Probabilities of both decisions that agree, for each UAV, with a choice made of what it sees alone are the solutions of
 linear conditions. All decentralised policies in time meet them, random and correlated ones too, so no such policy has
 more than the largest welfare under them; one that lets a UAV come later can. Policies that are found by best responses
