@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -12,18 +13,24 @@ from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.report.ablation import build_ablation
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.page import build_report
+from lawn_sb3.report.results import Results
 
 REFERENCE = REPOSITORY / "runs" / "reference" / "paper"
+
+
+def made_anew(name: str, build: Callable[..., tuple[Report, Results]]) -> Report:
+    """The report of a recipe's kept results."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(REPOSITORY)
+        recipe = load_recipe(Path(f"runs/{name}.yaml"))
+        report, _ = build(recipe, cells(recipe, Path(f"runs/reference/{name}")), "command")
+    return report
 
 
 @pytest.fixture(scope="module")
 def report() -> Report:
     """The report, made anew."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(REPOSITORY)
-        recipe = load_recipe(Path("runs/paper.yaml"))
-        made, _ = build_report(recipe, cells(recipe, Path("runs/reference/paper")), "command")
-    return made
+    return made_anew("paper", build_report)
 
 
 def test_every_run_is_whole_and_of_the_recipe_as_it_is(report: Report) -> None:
@@ -53,11 +60,7 @@ def test_models_are_small_and_hold_arrays_alone() -> None:
 @pytest.fixture(scope="module")
 def ablation() -> Report:
     """The report of the ablations, made anew."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(REPOSITORY)
-        recipe = load_recipe(Path("runs/ablation.yaml"))
-        made, _ = build_ablation(recipe, cells(recipe, Path("runs/reference/ablation")), "command")
-    return made
+    return made_anew("ablation", build_ablation)
 
 
 def test_every_ablation_is_whole_and_of_the_recipe_as_it_is(ablation: Report) -> None:
@@ -74,11 +77,7 @@ def test_the_kept_tables_of_the_ablations_are_those_that_this_code_makes(ablatio
 @pytest.fixture(scope="module")
 def ladder() -> Report:
     """The report of the ladder, made anew."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.chdir(REPOSITORY)
-        recipe = load_recipe(Path("runs/ladder.yaml"))
-        made, _ = build_report(recipe, cells(recipe, Path("runs/reference/ladder")), "command")
-    return made
+    return made_anew("ladder", build_report)
 
 
 def test_every_rung_is_whole_and_of_the_recipe_as_it_is(ladder: Report) -> None:
