@@ -19,8 +19,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from lawn_sb3.envs.observation import Extra
 from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario
 
 

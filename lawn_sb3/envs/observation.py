@@ -15,8 +15,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import MEMORY_SLOTS, State
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
+from lawn_sb3.game.state import MEMORY_SLOTS, State
 from lawn_sb3.scenario import Scenario
 
 Floats32 = NDArray[np.float32]

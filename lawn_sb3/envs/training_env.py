@@ -13,8 +13,8 @@ from pettingzoo import ParallelEnv
 from lawn_sb3.envs.observation import Extra, Observer
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
-from lawn_sb3.game.kernel import REWARD_TERMS, RewardTerm
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
+from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]

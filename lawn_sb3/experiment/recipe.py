@@ -24,8 +24,8 @@ from lawn_sb3.experiment.registry import (
     accepted_settings,
     find_algorithm,
 )
-from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation, check_fewest
+from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario, load_scenario
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}

@@ -16,8 +16,8 @@ from torch.nn import functional
 
 from lawn_sb3.envs.observation import LOAD_UNIT_UAVS, OWN, POSITION_UNIT_VOXELS, SLOT_UNIT, ObservationLayout, Sight
 from lawn_sb3.envs.symmetry import frames
-from lawn_sb3.game.kernel import MEMORY_SLOTS
 from lawn_sb3.game.radio import radio_map
+from lawn_sb3.game.state import MEMORY_SLOTS
 from lawn_sb3.scenario import Scenario
 
 Inputs = Literal["one-hot", "relative"]
