@@ -1,17 +1,90 @@
-"""Settings that all tests share."""
+"""What all tests share: settings, and small runs of players without training and of a short MAPPO."""
 
 from __future__ import annotations
+
+import shutil
+from pathlib import Path
 
 import pytest
 import torch as th
 from hypothesis import settings
+from rich.console import Console
+
+from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
+from lawn_sb3.experiment.regret_files import add_regrets
 
 # The first example of a test may have to wait for Numba to compile.
 settings.register_profile("kit", deadline=None)
 settings.load_profile("kit")
+
+RECIPE = """
+title: A small comparison
+seeds: [0, 1]
+set: [max_slots=20]
+evaluation: {episodes: 6, record_every: 1, watch_every: 100, watch_episodes: 3}
+methods:
+  random: {label: Random, paper_row: Random, player: random}
+  mappo:
+    label: CTDE-MAPPO
+    paper_row: CTDE-MAPPO
+    algo: mappo
+    env_steps: 192
+    num_games: 2
+    settings: {n_steps: 32, batch_size: 64, n_epochs: 1}
+"""
+PLANNED = f"""{RECIPE}
+  equilibrium: {{label: Equilibrium, player: equilibrium}}
+  bound: {{label: Bound, player: bound}}
+regret: true
+"""
+"""The same with two planners and with regrets, its runs in the same folder."""
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _one_torch_thread() -> None:
     """Small networks are fastest on one thread, and with one alone the same seed gives the same numbers."""
     th.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def finished_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Both recipes with all their runs."""
+    folder = tmp_path_factory.mktemp("runs")
+    (folder / "small.yaml").write_text(RECIPE, encoding="utf-8")
+    (folder / "planned.yaml").write_text(PLANNED, encoding="utf-8")
+    todo = cells(load_recipe(folder / "planned.yaml"), folder / "small")
+    for cell in todo:
+        run_cell(cell, lambda env_steps: None)
+    add_regrets(todo, Console(quiet=True))
+    return folder
+
+
+@pytest.fixture
+def runs(finished_runs: Path, tmp_path: Path) -> Path:
+    """A copy of them that a test may damage."""
+    return Path(shutil.copytree(finished_runs, tmp_path / "runs"))
+
+
+@pytest.fixture
+def recipe(runs: Path) -> Recipe:
+    """The recipe."""
+    return load_recipe(runs / "small.yaml")
+
+
+@pytest.fixture
+def small_cells(runs: Path, recipe: Recipe) -> list[Cell]:
+    """Its cells."""
+    return cells(recipe, runs / "small")
+
+
+@pytest.fixture
+def planned(runs: Path) -> Recipe:
+    """The recipe with planners."""
+    return load_recipe(runs / "planned.yaml")
+
+
+@pytest.fixture
+def planned_cells(runs: Path, planned: Recipe) -> list[Cell]:
+    """Its cells."""
+    return cells(planned, runs / "small")

@@ -13,9 +13,9 @@ import pytest
 from lawn_sb3.cli import main
 from lawn_sb3.cli.commands import app
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.report.claims import load_claims
-from tests.test_cli import recipe
-from tests.test_cli_ablation import METHODS
+from lawn_sb3.paper.claims import load_claims
+from tests.cli.test_ablation import METHODS
+from tests.cli.test_cli import recipe
 
 README = (REPOSITORY / "README.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)

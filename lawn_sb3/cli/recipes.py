@@ -31,12 +31,12 @@ from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 from lawn_sb3.experiment.weights import WEIGHTS_FILE
-from lawn_sb3.report.ablation import build_ablation
-from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.page import build_report
-from lawn_sb3.report.results import Results, read_results
-from lawn_sb3.report.sensitivity import build_sensitivity
+from lawn_sb3.report.sections.ablation import build_ablation
+from lawn_sb3.report.sections.against_reference import against_reference
+from lawn_sb3.report.sections.sensitivity import build_sensitivity
+from lawn_sb3.results.results import Results, read_results
 
 app = typer.Typer()
 

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.style import save
-from lawn_sb3.report.tables import Table
+from lawn_sb3.report.table import Table
 
 
 @dataclass

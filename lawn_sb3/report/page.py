@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report import (
+from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
+from lawn_sb3.report.document import Report
+from lawn_sb3.report.sections import (
     anarchy,
     fairness,
     fairness_tradeoff,
@@ -17,14 +19,12 @@ from lawn_sb3.report import (
     trajectories,
     trajectories_3d,
 )
-from lawn_sb3.report.claims import Evidence, judge_all, load_claims
-from lawn_sb3.report.claims.table import claims_headlines, claims_summary, claims_table, tally
-from lawn_sb3.report.comparison import base_method, comparison
-from lawn_sb3.report.document import Report
-from lawn_sb3.report.learning import first_crossing, nearest_to_paper
-from lawn_sb3.report.results import Results, read_results
-from lawn_sb3.report.table_one import table_one
-from lawn_sb3.report.table_two import table_two
+from lawn_sb3.report.sections.claims import claims_headlines, claims_summary, claims_table, tally
+from lawn_sb3.report.sections.comparison import base_method, comparison
+from lawn_sb3.report.sections.learning import first_crossing, nearest_to_paper
+from lawn_sb3.report.sections.table_one import table_one
+from lawn_sb3.report.sections.table_two import table_two
+from lawn_sb3.results.results import Results, read_results
 
 SECTIONS = {
     "Table II: performance": ("table2", "comparison"),

@@ -8,7 +8,7 @@ from lawn_sb3.experiment.knowledge import PLAYERS, RUNGS, bits_of, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.experiment.registry import PLAYERS as KNOWN
 from lawn_sb3.scenario import PRESETS
-from tests.report.handmade import learner, player
+from tests.handmade import learner, player
 
 # A cell is one of 4: 2 bits. A voxel is one of 300: 9 bits, and position and destination make 18. All of x adds T_min,
 # up to 7 (20 voxel steps at 3 a slot): 3 bits; and the EMA rate: 32.

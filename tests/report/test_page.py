@@ -13,10 +13,10 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells
 from lawn_sb3.report.document import page as page_of
 from lawn_sb3.report.document import write_report
-from lawn_sb3.report.figures import smoothed
 from lawn_sb3.report.page import SECTIONS, build_report
-from lawn_sb3.report.results import read_results
 from lawn_sb3.report.style import colours
+from lawn_sb3.results.curves import smoothed
+from lawn_sb3.results.results import read_results
 
 COMMAND = "lawn-sb3 report runs/small.yaml"
 TABLES = {

@@ -10,10 +10,10 @@ import pytest
 
 from lawn_sb3.experiment.recipe import cells, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.report.ablation import build_ablation
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.page import build_report
-from lawn_sb3.report.results import Results
+from lawn_sb3.report.sections.ablation import build_ablation
+from lawn_sb3.results.results import Results
 
 REFERENCE = REPOSITORY / "runs" / "reference" / "paper"
 

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+from lawn_sb3.report.sections.trajectories import UAV_COLOURS
 from lawn_sb3.report.style import COLOURS, KNOWN, LADDER, LINES, colours, grid_shape, line_of, markers, panels, title_of
-from lawn_sb3.report.trajectories import UAV_COLOURS
 
 
 @given(st.sets(st.sampled_from(sorted(KNOWN))), st.permutations(sorted(KNOWN)))

@@ -1,5 +1,0 @@
-"""Constants and readings that the paper leaves open, tried one by one against the figures it prints."""
-
-from lawn_sb3.experiment.identification.identify import Identification, as_markdown, identify
-
-__all__ = ["Identification", "as_markdown", "identify"]

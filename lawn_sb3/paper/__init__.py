@@ -1,0 +1,1 @@
+"""What the paper prints, what its figures identify, and what it claims."""

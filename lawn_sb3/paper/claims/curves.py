@@ -1,0 +1,200 @@
+"""Claims about training curves, seed by seed: greedy evaluations, and training missions smoothed as in Fig. 2."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+from scipy.stats import spearmanr
+
+from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
+from lawn_sb3.paper.claims.comparisons import combine, counted, higher, join, known
+from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.results.statistics import mean_interval
+
+GREEDY = "greedy/success_percent"
+PLAYS = {GREEDY: "greedy", "missions/success_percent": "in training missions"}
+"""Column of ``progress.csv`` with a success rate: how it was flown."""
+
+
+def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series]:
+    """A learning curve as Fig. 2 shows it.
+
+    :param evidence: what the runs left
+    :param role: the part
+    :param column: column of ``progress.csv``; training missions are smoothed
+    :return: one series a seed, its index in env steps
+    :raises CannotTellError: if nothing was measured
+    """
+    key, curves = evidence.key(role), evidence.results.curves
+    own = curves[curves["method"] == key] if len(curves) else curves
+    if column not in own or own[column].isna().all():
+        raise CannotTellError(f"needs the learning curve of {evidence.label(role)}")
+    points = smoothed(own, column, WINDOW if column.startswith("missions/") else 1)
+    return [rows.set_index("env_steps")["value"].astype(float) for _, rows in points.groupby("seed")]
+
+
+def _after_crossing(series: pd.Series, level: float) -> pd.Series:
+    """The curve from its first value at or above the level on; empty if it never gets there."""
+    above = np.flatnonzero(series.to_numpy() >= level)
+    return series.iloc[above[0] :] if len(above) else series.iloc[:0]
+
+
+def crosses(evidence: Evidence, of: list[str], level: float, within: float) -> Finding:
+    """Whether every seed's success reaches a level within a budget.
+
+    :param evidence: what the runs left
+    :param of: the parts of the method's forms
+    :param level: success in percent
+    :param within: env steps
+    :return: the finding; for each form greedy play and training missions count apart
+    :raises CannotTellError: if a training ended below the level before the budget was used
+    """
+    figures, held = [], []
+    for role in of:
+        parts = []
+        for column, name in PLAYS.items():
+            seeds = curve(evidence, role, column)
+            first = [tail.index[0] for own in seeds if len(tail := _after_crossing(own, level))]
+            never = len(seeds) - len(first)
+            if never and evidence.method(role).env_steps < within:
+                raise CannotTellError(f"needs trainings of {within:,.0f} env steps of {evidence.label(role)}")
+            parts.append(f"{f'{max(first):,.0f} env steps' if first else 'never'} {name}")
+            parts[-1] += f" ({never} of {len(seeds)} seeds never)" if first and never else ""
+            held.append(not never and max(first) <= within)
+        figures.append(f"{evidence.label(role)}: {', '.join(parts)}")
+    return Finding(
+        combine(held),
+        f"slowest seed of each: {'; '.join(figures)}",
+        f"Every seed has to reach {level:g} % within {within:,.0f} env steps.",
+    )
+
+
+def stays_above(evidence: Evidence, of: list[str], level: float) -> Finding:
+    """Whether success never falls below a level again once it was reached.
+
+    :param evidence: what the runs left
+    :param of: the parts of the method's forms
+    :param level: success in percent
+    :return: the finding; for each form greedy play and training missions count apart
+    """
+    figures, held, broken = [], [], []
+    for role in of:
+        parts = []
+        for column, name in PLAYS.items():
+            seeds = [_after_crossing(own, level) for own in curve(evidence, role, column)]
+            values = np.concatenate([tail.to_numpy() for tail in seeds])
+            there = all(len(tail) for tail in seeds)
+            below = int((values < level).sum())
+            held.append(there and below == 0)
+            parts.append(
+                f"{below} of {len(values)} points below {name}, lowest {values.min():.1f} %"
+                if there
+                else f"not every seed there {name}"
+            )
+            if not held[-1]:
+                broken.append(f"{evidence.label(role)} {name}")
+        figures.append(f"{evidence.label(role)}: {', '.join(parts)}")
+    why = f"No point after a seed's first at {level:g} % may lie below it"
+    return Finding(combine(held), "; ".join(figures), f"{why}; not so {join(broken)}." if broken else f"{why}.")
+
+
+def _steps_up_and_down(series: pd.Series) -> float:
+    """Mean absolute change from one point of the second half to the next."""
+    values = series.to_numpy()[len(series) // 2 :]
+    if len(values) < 2:
+        raise CannotTellError("needs learning curves of at least three points")
+    return float(np.abs(np.diff(values)).mean())
+
+
+def fluctuates_more(evidence: Evidence, role: str, than: list[str]) -> Finding:
+    """Whether success goes up and down more in the second half of training than another method's does.
+
+    :param evidence: what the runs left
+    :param role: the part said to fluctuate
+    :param than: the parts of the other method's forms
+    :return: the finding
+    """
+    return _higher(evidence, _steps_up_and_down, " points", [role], than)
+
+
+def learns_faster(evidence: Evidence, of: list[str], than: list[str]) -> Finding:
+    """Whether the mean success over the whole training, the area under the curve, is higher than another method's.
+
+    :param evidence: what the runs left
+    :param of: the parts said to learn faster
+    :param than: the parts of the others
+    :return: the finding
+    """
+    return _higher(evidence, lambda series: float(series.mean()), " %", of, than)
+
+
+def _higher(
+    evidence: Evidence, figure: Callable[[pd.Series], float], unit: str, of: list[str], than: list[str]
+) -> Finding:
+    """Whether a figure of the greedy curve is higher for some parts than for each of the others."""
+    values = {
+        role: np.array([figure(series) for series in curve(evidence, role)], dtype=np.float64) for role in [*of, *than]
+    }
+    verdict, why = higher(values, of, than, 2)
+    shown = [f"{evidence.label(role)}: {mean_interval(own).text(2)}{unit}" for role, own in values.items()]
+    return Finding(verdict, "; ".join(shown), why)
+
+
+def declines(evidence: Evidence, role: str, by: float) -> Finding:
+    """Whether success peaks in the first half of training and falls back from there.
+
+    :param evidence: what the runs left
+    :param role: the part
+    :param by: points that have to be lost from the peak of the mean over seeds to the end
+    :return: the finding; partly if the peak was late
+    """
+    seeds = pd.concat(curve(evidence, role), axis=1, join="inner")
+    if not len(seeds):
+        raise CannotTellError("needs seeds that were evaluated after the same env steps")
+    steps, values = seeds.index.to_numpy(dtype=np.float64), seeds.to_numpy()  # [P], [P, S]
+    mean = values.mean(axis=1)
+    peak = int(mean.argmax())
+    lost = known(mean_interval(values[peak] - values[-1]))
+    fell, early = lost.low >= by, bool(steps[peak] <= steps[-1] / 2)
+    return Finding(
+        ("reproduced" if early else "partly") if fell else "not reproduced",
+        f"{evidence.label(role)}: peak of the mean {mean[peak]:.1f} % at {steps[peak]:,.0f} of {steps[-1]:,.0f} env "
+        f"steps, end {mean[-1]:.1f} %, lost {lost.text(1)} points",
+        f"At least {by:g} points have to be lost with the whole interval ({'they are' if fell else 'they are not'}), "
+        f"after a peak in the first half of training ({'it is' if early else 'it is not'}).",
+    )
+
+
+def rises_together(evidence: Evidence, of: list[str], columns: list[str], above: float) -> Finding:
+    """Whether two figures of the evaluations rank them alike, in the whole training and in its second half.
+
+    :param evidence: what the runs left
+    :param of: the parts of the method's forms
+    :param columns: the two columns of ``progress.csv``
+    :param above: the rank correlation that has to be exceeded
+    :return: the finding; for each form the whole training and its second half count apart
+    :raises CannotTellError: if a half has fewer than three evaluations, or a figure that never changes
+    """
+    figures, held = [], []
+    for role in of:
+        pairs = zip(*(curve(evidence, role, name) for name in columns), strict=True)
+        seeds: list[NDArray[np.float64]] = [
+            pd.concat(pair, axis=1, join="inner").to_numpy() for pair in pairs
+        ]  # [P, 2]
+        whole = known(mean_interval([_rank_correlation(points) for points in seeds]))
+        late = known(mean_interval([_rank_correlation(points[len(points) // 2 :]) for points in seeds]))
+        figures.append(
+            f"{evidence.label(role)}: rank correlation {whole.text(2)}, in the second half of training {late.text(2)}"
+        )
+        held += [whole.low > above, late.low > above]
+    return Finding(combine(held), "; ".join(figures), f"Every interval has to lie above {above:g}: {counted(held)}.")
+
+
+def _rank_correlation(points: NDArray[np.float64]) -> float:
+    """Spearman's rank correlation of the two columns of an array [P, 2]."""
+    if len(points) < 3 or (np.ptp(points, axis=0) == 0.0).any():
+        raise CannotTellError("needs learning curves of which each half has three points that differ")
+    return float(spearmanr(points[:, 0], points[:, 1])[0])

@@ -1,0 +1,204 @@
+"""What the constants of the reward do to J: the terms of one set of flights, weighed anew.
+
+Rate and navigation rewards telescope, so the accumulated reward of a mission is
+
+    J_i = nav_weight * progress_i - collision_penalty * collisions_i - fail_penalty * failed_i
+          + (R-bar_i(T_i) + U_i) / rate unit
+
+with progress in voxels of Euclidean distance. J alone can identify these constants only jointly: they form a plane.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.game.player import Player
+from lawn_sb3.game.radio import rate_unit_mbps
+from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.paper.identification.candidates import PAPER, Candidate
+from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, standard_error
+from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.scenario import Scenario
+
+TERMS = ("progress_voxels", "collisions", "failed", "rate_sum_mbps")
+"""What the constants weigh; the last is R-bar_i(T_i) + U_i."""
+
+OTHER_COLUMNS = (
+    *("constant", "candidate", "is_preset", "method"),
+    *("reward", "reward_paper", "reward_difference"),
+    *("rate_mbps", "rate_mbps_paper", "rate_mbps_difference"),
+)
+
+
+def reward_terms(player: Player, scenario: Scenario, episodes: int, seed: int) -> pd.DataFrame:
+    """Fly, and take the reward apart.
+
+    :param player: the player
+    :param scenario: the game; its weights are ignored
+    :param episodes: number of joint episodes
+    :param seed: picks the missions
+    :return: one row an episode and UAV, with the columns ``episode, uav`` and ``TERMS``
+    """
+    weightless = scenario.changed(nav_weight=1.0, collision_penalty=0.0, fail_penalty=0.0)
+    rows = evaluate(player, weightless, episodes, seed)
+    horizon = rows["slots"] if scenario.bias_horizon == "completion" else scenario.max_slots
+    ema_mbps = rows["rate_mbps"] * (1.0 - (1.0 - scenario.ema_beta) ** horizon)
+    rate_sum_mbps = ema_mbps + rows["utility_mbps"]
+    return rows[["episode", "uav"]].assign(
+        progress_voxels=rows["reward"] - rate_sum_mbps / rate_unit_mbps(weightless),
+        collisions=rows["collisions"].astype(float),
+        failed=1.0 - rows["arrived"],
+        rate_sum_mbps=rate_sum_mbps,
+    )
+
+
+def weights(scenario: Scenario) -> dict[str, float]:
+    """How much of each term a scenario pays.
+
+    :param scenario: the scenario
+    :return: reward for one unit of each of ``TERMS``
+    """
+    values = (
+        scenario.nav_weight,
+        -scenario.collision_penalty,
+        -scenario.fail_penalty,
+        1.0 / rate_unit_mbps(scenario),
+    )
+    return dict(zip(TERMS, values, strict=True))
+
+
+def accumulated_reward(terms: pd.DataFrame, scenario: Scenario) -> pd.Series:
+    """The reward J_i of every UAV under other weights.
+
+    :param terms: what :func:`reward_terms` returned
+    :param scenario: whose weights; its dynamics, ``ema_beta`` and ``bias_horizon`` must be those of the flights
+    :return: J_i
+    """
+    return terms[list(TERMS)] @ pd.Series(weights(scenario))
+
+
+def linear_table(terms: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
+    """J of Random as a linear function of the constants, and what each must be if the others are right.
+
+    :param terms: what :func:`reward_terms` returned for the Random player
+    :param scenario: the scenario that was flown
+    :return: one row a term: ``constant``, the mean of its term a UAV (``coefficient``, signed) and that mean's
+        ``standard_error``, the constant's ``value``, its ``contribution`` to J, and the values ``needed`` for the
+        paper's J, from ``needed_low`` to ``needed_high`` within ``DISFAVOURED_Z`` standard errors; a weight below 0
+        cannot be meant
+    """
+    by_episode = terms.groupby("episode")[list(TERMS)].mean()
+    weight, signs = pd.Series(weights(scenario)), pd.Series([1.0, -1.0, -1.0, 1.0], index=list(TERMS))
+    coefficient = by_episode.mean() * signs
+    value = weight * signs
+    reward = accumulated_reward(terms, scenario).groupby(terms["episode"]).mean()
+    error = standard_error(reward, ROUNDING.reward)
+    short = TABLE_II["Random"].reward - float(reward.mean())
+    slack = DISFAVOURED_Z * error / coefficient.abs()
+    return pd.DataFrame(
+        {
+            "constant": ["nav_weight", "collision_penalty", "fail_penalty", "1 / rate unit (1/Mbps)"],
+            "term": list(TERMS),
+            "coefficient": coefficient.to_numpy(),
+            "standard_error": (by_episode.std() / np.sqrt(len(by_episode))).to_numpy(),
+            "value": value.to_numpy(),
+            "contribution": (coefficient * value).to_numpy(),
+            "needed": (value + short / coefficient).to_numpy(),
+            "needed_low": (value + short / coefficient - slack).to_numpy(),
+            "needed_high": (value + short / coefficient + slack).to_numpy(),
+        }
+    )
+
+
+class RecordingPlayer:
+    """Another player, whose actions are kept.
+
+    :param player: who flies
+    """
+
+    def __init__(self, player: Player) -> None:
+        self.name = player.name
+        self.actions: list[NDArray[np.int64]] = []
+        self._player = player
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Get the player ready.
+
+        :param simulator: the games
+        :param rng: source of the player's own randomness
+        """
+        self.actions.clear()
+        self._player.start(simulator, rng)
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Ask the player.
+
+        :param simulator: the games
+        :return: its actions [G, N]
+        """
+        self.actions.append(self._player.act(simulator).copy())
+        return self.actions[-1]
+
+
+class ReplayPlayer:
+    """Repeats recorded actions.
+
+    :param recording: who recorded them
+    """
+
+    def __init__(self, recording: RecordingPlayer) -> None:
+        self.name = recording.name
+        self._recording = recording
+        self._actions: Iterator[NDArray[np.int64]] = iter(())
+
+    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
+        """Start over.
+
+        :param simulator: the games
+        :param rng: not used
+        """
+        self._actions = iter(self._recording.actions)
+
+    def act(self, simulator: Simulator) -> NDArray[np.int64]:
+        """Take the next recorded actions.
+
+        :param simulator: the games
+        :return: the actions [G, N]
+        """
+        return next(self._actions)
+
+
+def other_rows(
+    name: str, player: Player, tried: Sequence[Candidate], episodes: int, seed: int
+) -> list[dict[str, object]]:
+    """What the flights of a trained player are worth under each candidate.
+
+    It flies once, in the scenario it was trained in: with another rate unit or EMA rate it would see other
+    observations than it knows. Its actions are then repeated under the candidates, which must leave the dynamics alone.
+
+    :param name: the player's row in the paper's Table II
+    :param player: the player, greedy as in the paper
+    :param tried: candidates for constants of the reward
+    :param episodes: number of joint episodes
+    :param seed: picks the missions
+    :return: one row a candidate: its J and R-hat, the paper's and the differences
+    """
+    recording = RecordingPlayer(player)
+    evaluate(recording, PAPER, episodes, seed)
+    printed = TABLE_II[name]
+    rows: list[dict[str, object]] = []
+    for candidate in tried:
+        flown = evaluate(ReplayPlayer(recording), candidate.scenario, episodes, seed)
+        reward, rate_mbps = float(flown["reward"].mean()), float(flown["rate_mbps"].mean())
+        values = (
+            *(candidate.constant, candidate.label, candidate.is_preset, name),
+            *(reward, printed.reward, reward - printed.reward),
+            *(rate_mbps, printed.rate_mbps, rate_mbps - printed.rate_mbps),
+        )
+        rows.append(dict(zip(OTHER_COLUMNS, values, strict=True)))
+    return rows

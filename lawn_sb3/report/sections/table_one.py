@@ -1,0 +1,108 @@
+"""Table I: every constant of the game, where its value comes from, and what the paper prints."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pandas as pd
+
+from lawn_sb3.paper.printed_values import TABLE_I
+from lawn_sb3.report.table import Table, latex_text
+from lawn_sb3.results.results import Results
+from lawn_sb3.scenario import Scenario
+
+SYMBOLS = {
+    "-": ("–", "--"),
+    "N": ("N", "$N$"),
+    "W": ("W", "$W$"),
+    "L": ("L", "$L$"),
+    "M": ("M", "$M$"),
+    "Delta_s": ("Δ_s", r"$\Delta_s$"),
+    "h_min": ("h_min", r"$h_{\min}$"),
+    "h_max": ("h_max", r"$h_{\max}$"),
+    "v_max": ("v_max", r"$v_{\max}$"),
+    "T_max": ("T_max", r"$T_{\max}$"),
+    "g_b": ("g_b", r"$\mathbf{g}_b$"),
+    "K_b": ("K_b", "$K_b$"),
+    "Delta f": ("Δf", r"$\Delta f$"),
+    "alpha": ("α", r"$\alpha$"),
+    "P_tx": ("P_tx", r"$P_{\mathrm{tx}}$"),
+    "beta_0": ("β_0", r"$\beta_0$"),
+    "sigma^2": ("σ²", r"$\sigma^2$"),
+    "beta": ("β", r"$\beta$"),
+    "omega": ("ω", r"$\omega$"),
+    "rho_col": ("ρ_col", r"$\rho_{\mathrm{col}}$"),
+    "r_fail": ("r_fail", r"$r_{\mathrm{fail}}$"),
+    "T-bar": ("T̄", r"$\bar{T}$"),
+}
+"""Symbols of the scenario's fields: as text and in LaTeX."""
+
+HEADINGS = ("Symbol", "Constant", "Value", "Unit", "Source", "Paper's Table I", "What it is")
+
+
+def table_one(results: Results) -> Table:
+    """List the constants of the recipe's scenario.
+
+    :param results: what the runs left; only the recipe counts
+    :return: one row a constant: ``symbol, constant, value, unit, source, printed, differs, text``
+    """
+    game = results.recipe.game()
+    numbers = pd.DataFrame([_row(game, name) for name in Scenario.model_fields if name != "name"])
+    marks = numbers["differs"].map({True: " †", False: ""})
+    readable = numbers.assign(value=numbers["value"].map(_text) + marks).drop(columns="differs")
+    texts = dict(zip(HEADINGS, (readable[column] for column in readable), strict=True))
+    shown = pd.DataFrame({**texts, "Symbol": numbers["symbol"].map(lambda symbol: _pair(symbol)[0])})
+    latex = pd.DataFrame(texts).map(latex_text).assign(Symbol=numbers["symbol"].map(lambda symbol: _pair(symbol)[1]))
+    return Table(numbers, shown, caption(results), latex)
+
+
+def caption(results: Results) -> str:
+    """What Table I shows.
+
+    :param results: what the runs left
+    :return: one paragraph
+    """
+    return (
+        f"Constants and readings of the scenario {results.recipe.game().title}. Source: stated in the paper, inferred "
+        "from the figures it prints, or chosen here. †: differs from the value that the paper's Table I prints."
+    )
+
+
+def _pair(symbol: str) -> tuple[str, str]:
+    return SYMBOLS.get(symbol, (symbol, latex_text(symbol)))
+
+
+def _row(game: Scenario, name: str) -> dict[str, object]:
+    field, value = Scenario.model_fields[name], getattr(game, name)
+    extra: Any = field.json_schema_extra
+    printed = TABLE_I.get(name)
+    differs = printed is not None and any(own != printed.value for own in _as_printed(game, name))
+    source = extra["source"]
+    if printed is not None and not differs:
+        source = "stated"
+    elif value != field.default:  # evidence for the default speaks for no other value
+        source = "chosen"
+    return {
+        "symbol": extra["symbol"],
+        "constant": name,
+        "value": value,
+        "unit": extra["unit"].replace("-", "–"),
+        "source": source,
+        "printed": printed.printed if printed else "",
+        "differs": differs,
+        "text": field.description,
+    }
+
+
+def _as_printed(game: Scenario, name: str) -> list[float]:
+    """A constant in the terms of the paper's Table I."""
+    terms = {"gbs_grid": [game.num_gbs], "max_altitude_m": [game.grid[2]], "rbs_per_gbs": game.num_rbs.tolist()}
+    return terms.get(name) or [float(getattr(game, name))]
+
+
+def _text(value: object) -> str:
+    if value is None:
+        return "none"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(_text, value))})"
+    return f"{value:,.10g}" if isinstance(value, int | float) else str(value)

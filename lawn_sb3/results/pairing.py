@@ -1,0 +1,148 @@
+"""Ablations beside their defaults, seed by seed: what all tables and figures of effects are made of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from lawn_sb3.results.results import Results
+from lawn_sb3.results.statistics import Interval, paired_t, probability_of_improvement
+
+
+class Quantity(NamedTuple):
+    """A figure whose change is an effect."""
+
+    symbol: str
+    unit: str
+    """Unit of a difference, with a space in front."""
+    level_unit: str
+    """Unit of the figure itself."""
+    decimals: int
+    axis: str
+    """What figures call it."""
+    more_is_better: bool
+
+
+SORTED_BY = "reward"
+MARK = " †"
+"""Beside an effect whose interval leaves 0 out."""
+UNKNOWN = Interval(float("nan"), float("nan"), float("nan"))
+QUANTITIES = {
+    "reward": Quantity("J̄", "", "", 3, "reward $\\bar{J}$", True),
+    "success_percent": Quantity("success", " points", " %", 2, "success (points)", True),
+    "makespan_slots": Quantity("T̄", " slots", " slots", 2, "makespan $\\bar{T}$ (slots)", False),
+    "utility_mbps": Quantity("U", " Mbps", " Mbps", 2, "mean utility $U_i$ (Mbps)", True),
+    "collisions": Quantity("collisions", "", "", 3, "collisions a UAV", False),
+}
+"""The figures, as :func:`lawn_sb3.experiment.evaluation.summarize` names them."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A method and its default on the seeds that both have.
+
+    :param key: the method
+    :param baseline: the method that it is an ablation of
+    :param own: means of the method's evaluations, one row a seed, with the columns of ``QUANTITIES``
+    :param other: the same of the default, with the same seeds in the same order
+    """
+
+    key: str
+    baseline: str
+    own: pd.DataFrame
+    other: pd.DataFrame
+
+    @property
+    def seeds(self) -> list[int]:
+        """The seeds that both have."""
+        return [int(seed) for seed in self.own.index]
+
+    def differences(self, quantity: str) -> pd.Series:
+        """Method minus default, seed by seed.
+
+        :param quantity: a key of ``QUANTITIES``
+        :return: one difference a seed, in the quantity's unit
+        """
+        return self.own[quantity] - self.other[quantity]
+
+    def effect(self, quantity: str) -> Interval:
+        """The mean of these differences.
+
+        :param quantity: a key of ``QUANTITIES``
+        :return: the mean with Student's t interval over seeds
+        """
+        return paired_t(self.own[quantity], self.other[quantity])
+
+    def improvement(self, results: Results, column: str) -> Interval:
+        """How often a seed of the method beats a seed of the default on the same test episode.
+
+        :param results: what the runs left
+        :param column: column of the raw rows of which more is better
+        :return: the probability, ties counted half, with a bootstrap interval over seeds
+        """
+        own, other = (
+            results.scores(key, column)[np.isin(results.seeds(key), self.seeds)] for key in (self.key, self.baseline)
+        )
+        return probability_of_improvement(own, other)
+
+
+def significant(effect: Interval) -> bool:
+    """Whether an interval leaves 0 out.
+
+    :param effect: the effect
+    :return: false if its bounds are unknown
+    """
+    return effect.low > 0.0 or effect.high < 0.0
+
+
+def pair_up(results: Results) -> dict[str, list[Pair]]:
+    """Every method that is an ablation of another one, where both have results.
+
+    :param results: what the runs left
+    :return: default: its ablations from the best effect on J to the worst; defaults that are MAPPO first,
+        otherwise in the recipe's order
+    """
+    if not len(results.episodes):
+        return {}
+    by_seed = results.by_seed().set_index("seed")
+    figures = {key: rows[[*QUANTITIES]] for key, rows in by_seed.groupby("method")}
+    methods = results.recipe.methods
+    groups: dict[str, list[Pair]] = {key: [] for key in sorted(methods, key=lambda key: methods[key].algo != "mappo")}
+    for key, baseline in _ablations(results).items():
+        common = _common_seeds(results, key, baseline)
+        if common:
+            groups[baseline].append(Pair(key, baseline, figures[key].loc[common], figures[baseline].loc[common]))
+    return {
+        baseline: sorted(pairs, key=lambda pair: pair.effect(SORTED_BY).value, reverse=True)
+        for baseline, pairs in groups.items()
+        if pairs
+    }
+
+
+def left_out(results: Results) -> list[str]:
+    """The ablations that have no effect to show.
+
+    :param results: what the runs left
+    :return: one line for each
+    """
+    problems = []
+    for key, baseline in _ablations(results).items():
+        missing = [name for name in (key, baseline) if name not in results.methods]
+        if missing:
+            problems.append(f"{key}: not among the effects, as there is no whole run of {' and of '.join(missing)}")
+        elif not _common_seeds(results, key, baseline):
+            problems.append(f"{key}: not among the effects, as no seed has whole runs of both {key} and {baseline}")
+    return problems
+
+
+def _ablations(results: Results) -> dict[str, str]:
+    """The recipe's ablations, and what each is an ablation of."""
+    methods = results.recipe.methods
+    return {key: method.baseline for key, method in methods.items() if method.baseline is not None}
+
+
+def _common_seeds(results: Results, key: str, baseline: str) -> list[int]:
+    return sorted(set(results.seeds(key)) & set(results.seeds(baseline)))

@@ -1,0 +1,200 @@
+"""Reading back what the cells of a recipe left; what is missing or damaged is named, and the rest goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from lawn_sb3.errors import UserError, unknown_name
+from lawn_sb3.experiment.cell import is_finished
+from lawn_sb3.experiment.evaluation import summarize
+from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.results.run_files import (
+    read_evaluation,
+    read_paths,
+    read_progress,
+    read_regrets,
+    read_sampled,
+    read_slots,
+)
+
+BESIDES = ("curves", "slots", "paths", "sampled", "regrets")
+"""Tables of :class:`Results` that can be read besides the evaluations."""
+BOUND = "bound"
+"""The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
+
+
+@dataclass
+class Results:
+    """All that tables and figures are made of; every table has the columns ``method`` and ``seed`` in front.
+
+    :param recipe: the recipe
+    :param episodes: raw rows of all evaluations
+    :param curves: rows of all ``progress.csv``
+    :param problems: one line for each file that could not be used
+    :param slots: rows of all ``slots.csv``
+    :param paths: rows of all ``paths.csv``
+    :param sampled: raw rows of all evaluations with sampled actions
+    :param regrets: rows of all ``regret.csv``; none of the bound
+    """
+
+    recipe: Recipe
+    episodes: pd.DataFrame = field(default_factory=pd.DataFrame)
+    curves: pd.DataFrame = field(default_factory=pd.DataFrame)
+    problems: list[str] = field(default_factory=list)
+    slots: pd.DataFrame = field(default_factory=pd.DataFrame)
+    paths: pd.DataFrame = field(default_factory=pd.DataFrame)
+    sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
+    regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
+
+    @property
+    def methods(self) -> dict[str, Method]:
+        """The methods that have results, in the recipe's order."""
+        return self.methods_in(self.episodes)
+
+    def methods_in(self, rows: pd.DataFrame) -> dict[str, Method]:
+        """The methods that a table has rows of.
+
+        :param rows: one of the tables of these results
+        :return: the methods, in the recipe's order
+        """
+        present = set(rows["method"]) if len(rows) else set()
+        return {key: method for key, method in self.recipe.methods.items() if key in present}
+
+    def without_bound(self) -> Results:
+        """The same without the rows of the bound, for all that is about UAVs that meet.
+
+        :return: the other methods' results; the recipe stays as it is, so that colours do
+        """
+        bounds = [key for key, method in self.recipe.methods.items() if method.player == BOUND]
+        rest = replace(self)
+        for name, rows in vars(self).items():
+            if isinstance(rows, pd.DataFrame) and len(rows):
+                setattr(rest, name, rows[~rows["method"].isin(bounds)])
+        return rest
+
+    def by_seed(self) -> pd.DataFrame:
+        """The summary of every evaluation.
+
+        :return: one row for each method and seed
+        """
+        rows = [
+            {"method": key, "seed": seed, **summarize(group)}
+            for (key, seed), group in self.episodes.groupby(["method", "seed"], sort=False)
+        ]
+        return pd.DataFrame(rows)
+
+    def seeds(self, method: str) -> list[int]:
+        """The seeds of a method that have results.
+
+        :param method: its key in the recipe
+        :return: the seeds in ascending order; none if it has no results
+        """
+        rows = self.episodes
+        return sorted(rows.loc[rows["method"] == method, "seed"].unique().tolist()) if len(rows) else []
+
+    def extent(self, rows: pd.DataFrame) -> str:
+        """Over how much a mean of every method is taken.
+
+        :param rows: the table of these results that it is taken over
+        :return: such as ``200 test episodes of each of 5 seeds``
+        """
+        counts = rows.groupby("method")["seed"].nunique() if len(rows) else pd.Series([0])
+        seeds = " to ".join(map(str, sorted({int(counts.min()), int(counts.max())})))
+        return f"{self.recipe.evaluation.episodes} test episodes of each of {seeds} seed{'' if seeds == '1' else 's'}"
+
+    def scores(self, method: str, name: str, per: Literal["episode", "uav"] = "episode") -> NDArray[np.float64]:
+        """The values of one column of the evaluations, ready for statistics.
+
+        :param method: its key in the recipe
+        :param name: the column, such as ``reward``
+        :param per: ``episode`` averages over the UAVs of an episode
+        :return: values [S, E], or [S, E, N] per UAV: seeds, episodes and UAVs in ascending order
+        :raises UserError: if the method has no results, or there is no such column
+        """
+        return score_matrix(self.episodes, method, name, per)
+
+
+def score_matrix(
+    rows: pd.DataFrame, method: str, name: str, per: Literal["episode", "uav"] = "episode"
+) -> NDArray[np.float64]:
+    """The values of one column of some evaluations, as :meth:`Results.scores` gives them.
+
+    :param rows: raw rows with the columns ``method`` and ``seed``
+    :param method: its key in the recipe
+    :param name: the column
+    :param per: ``episode`` averages over the UAVs of an episode
+    :return: values [S, E], or [S, E, N] per UAV
+    :raises UserError: if the rows lack the method or the column
+    """
+    if not len(rows) or method not in set(rows["method"]):
+        raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    if name not in rows:
+        raise unknown_name("column", name, rows.columns)
+    own = rows[rows["method"] == method].sort_values(["seed", "episode", "uav"])
+    shape = [own[column].nunique() for column in ("seed", "episode", "uav")]
+    values = own[name].to_numpy(dtype=np.float64).reshape(shape)
+    return values if per == "uav" else values.mean(axis=-1)
+
+
+def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = BESIDES) -> Results:
+    """Read the runs of a recipe.
+
+    :param recipe: the recipe
+    :param cells: its cells
+    :param besides: the tables to read besides ``episodes``
+    :return: what could be read, and what could not
+    """
+    results = Results(recipe)
+    wanted = [table for table in besides if table != "regrets" or recipe.regret]
+    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *wanted)}
+    for cell in cells:
+        if not (cell.directory / "config.yaml").exists():
+            other = cell.directory.exists() and (not cell.directory.is_dir() or any(cell.directory.iterdir()))
+            results.problems.append(f"{cell.title}: {'no config.yaml there: not a run' if other else 'no run yet'}")
+            continue
+        if not is_finished(cell):
+            results.problems.append(f"{cell.title}: not finished, or made with another configuration")
+            continue
+        for table, rows in _read_run(cell, wanted, results.problems).items():
+            labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
+            parts[table].append(pd.concat([labels, rows], axis=1))
+    for table, frames in parts.items():
+        if frames:
+            setattr(results, table, pd.concat(frames, ignore_index=True))
+    return results
+
+
+def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:
+    """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
+    tables: dict[str, pd.DataFrame] = {}
+
+    def keep(table: str, read: Callable[[], pd.DataFrame]) -> None:
+        try:
+            tables[table] = read()
+        except UserError as error:
+            problems.append(f"{cell.title}: {error}")
+
+    keep("episodes", lambda: read_evaluation(cell))
+    if "episodes" not in tables:
+        return {}
+    evaluation = tables["episodes"]
+    readers: dict[str, Callable[[], pd.DataFrame]] = {
+        "slots": lambda: read_slots(cell, evaluation),
+        "paths": lambda: read_paths(cell, evaluation),
+    }
+    if cell.method.algo is not None:
+        readers["curves"] = lambda: read_progress(cell)
+        if cell.evaluation.deterministic:
+            readers["sampled"] = lambda: read_sampled(cell, evaluation)
+    if cell.method.player != BOUND:
+        readers["regrets"] = lambda: read_regrets(cell, evaluation)
+    for table, read in readers.items():
+        if table in besides:
+            keep(table, read)
+    return tables

@@ -1,0 +1,127 @@
+"""Comparisons: intervals decide, and every part of a verdict can be worked out by hand."""
+
+from __future__ import annotations
+
+import pytest
+
+from lawn_sb3.paper.claims import Finding
+from lawn_sb3.paper.claims.claim import CannotTellError
+from lawn_sb3.paper.claims.comparisons import better_than, comparable, join
+from tests.paper.claims.by_hand import evidence, flown, method, recipe_of
+
+
+def lead(own: list[list[float]], other: list[list[float]]) -> Finding:
+    """Whether V(x) earns more than QMIX."""
+    found = evidence(flown("mappo", utility_mbps=own), flown("qmix", utility_mbps=other))
+    return better_than(found, "utility_mbps", ["mappo"], ["qmix"])
+
+
+def test_a_lead_with_its_whole_interval_is_reproduced() -> None:
+    # Seeds mean 29 and 31; QMIX 4 and 4. The variance of 2 over two seeds makes a standard error of 1: 26 +- 12.71.
+    found = lead([[28.0, 30.0], [31.0, 31.0]], [[4.0, 4.0], [3.0, 5.0]])
+    assert found.verdict == "reproduced"
+    assert found.figure == "MAPPO: mean U 26.00 [13.29, 38.71] Mbps against QMIX"
+    assert found.why == "Every interval has to lie on the claimed side of 0, and does."
+
+
+@pytest.mark.parametrize(
+    ("own", "word"),
+    [
+        ([[3.0], [5.0]], "MAPPO cannot be told from QMIX"),  # differences -1 and 1
+        ([[15.0], [17.0]], "MAPPO cannot be told from QMIX"),  # 12 +- 12.71, though both seeds are ahead
+        ([[4.0], [4.0]], "MAPPO cannot be told from QMIX"),  # equal: an interval that touches 0 shows nothing
+        ([[-10.0], [-8.0]], "MAPPO does worse than QMIX"),  # -13 +- 12.71
+    ],
+)
+def test_a_lead_that_is_not_shown_is_not_reproduced(own: list[list[float]], word: str) -> None:
+    found = lead(own, [[4.0], [4.0]])
+    assert found.verdict == "not reproduced"
+    assert found.why == f"Every interval has to lie on the claimed side of 0; {word}."
+
+
+def test_rounding_is_no_lead() -> None:
+    assert lead([[0.1 + 0.2], [0.1 + 0.2]], [[0.3], [0.3]]).verdict == "not reproduced"
+
+
+def test_one_of_two_forms_ahead_is_partly() -> None:
+    found = evidence(
+        flown("mappo", utility_mbps=[[1.0], [1.0]]),
+        flown("mappo-o", utility_mbps=[[9.0], [9.0]]),
+        flown("qmix", utility_mbps=[[4.0], [4.0]]),
+    )
+    finding = better_than(found, "utility_mbps", ["mappo", "mappo-o"], ["qmix"])
+    assert finding.verdict == "partly"
+    assert "MAPPO: mean U -3.00 [-3.00, -3.00] Mbps against QMIX; MAPPO-O: mean U 5.00" in finding.figure
+
+
+def test_a_form_has_to_beat_every_rival() -> None:
+    found = evidence(
+        flown("mappo", utility_mbps=[[5.0], [5.0]]),
+        flown("qmix", utility_mbps=[[4.0], [4.0]]),
+        flown("iql", utility_mbps=[[6.0], [6.0]]),
+    )
+    finding = better_than(found, "utility_mbps", ["mappo"], ["qmix", "iql"])
+    assert finding.verdict == "not reproduced"
+    assert "MAPPO does worse than IQL" in finding.why
+    assert "QMIX" not in finding.why
+
+
+def test_of_times_less_is_better() -> None:
+    found = evidence(flown("mappo", makespan_slots=[[5], [5]]), flown("qmix", makespan_slots=[[40], [40]]))
+    assert better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True).verdict == "reproduced"
+    assert better_than(found, "makespan_slots", ["qmix"], ["mappo"], lower=True).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize(("slots", "verdict"), [(7.4, "reproduced"), (7.42, "partly")])
+def test_a_sizeable_lead_is_at_least_a_tenth_of_the_papers(slots: float, verdict: str) -> None:
+    # The paper: 8.7 against 34.6 slots, a lead of 25.9; a tenth is 2.59. Here 10 - 7.4 = 2.6 and 10 - 7.42 = 2.58.
+    found = evidence(flown("mappo", makespan_slots=[[slots]] * 2), flown("qmix", makespan_slots=[[10]] * 2))
+    finding = better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True, sizeable=True)
+    assert finding.verdict == verdict
+    noted = "the lead is below a tenth of the paper's for MAPPO over QMIX (paper -25.90)" in finding.why
+    assert noted == (verdict == "partly")
+
+
+def test_success_is_in_points() -> None:
+    # Three of four UAVs arrive against one of four: 75 % - 25 %.
+    found = evidence(
+        flown("mappo", arrived=[[True, True, True, False]] * 2),
+        flown("qmix", arrived=[[True, False, False, False]] * 2),
+    )
+    assert "success 50.00 [50.00, 50.00] points" in better_than(found, "success_percent", ["mappo"], ["qmix"]).figure
+
+
+def test_one_seed_gives_no_interval_and_no_verdict() -> None:
+    with pytest.raises(CannotTellError, match="at least two seeds"):
+        lead([[5.0]], [[4.0]])
+
+
+def test_methods_may_have_different_numbers_of_seeds() -> None:
+    # Variance 1 over three seeds: standard error 0.577. With 2 degrees of freedom 4.303 of them count: 2 +- 2.48.
+    found = lead([[5.0], [6.0], [7.0]], [[4.0], [4.0]])
+    assert found.figure == "MAPPO: mean U 2.00 [-0.48, 4.48] Mbps against QMIX"
+
+
+def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
+    found = lead([[1.0, 101.0], [101.0, 1.0]], [[0.0, 100.0], [100.0, 0.0]])
+    assert found.figure == "MAPPO: mean U 1.00 [1.00, 1.00] Mbps against QMIX"
+
+
+@pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "not reproduced")])
+def test_rates_are_comparable_within_the_papers_own_difference(rate: float, verdict: str) -> None:
+    # The paper: 35.68 against 38.80 Mbps, 3.12 apart; QMIX here has 30.
+    found = evidence(flown("mappo", rate_mbps=[[rate]] * 2), flown("qmix", rate_mbps=[[30.0]] * 2))
+    finding = comparable(found, "rate_mbps", ["mappo"], "qmix")
+    assert finding.verdict == verdict
+    assert "a difference of 3.12 Mbps comparable" in finding.why
+
+
+def test_comparable_needs_rows_of_the_paper() -> None:
+    own = {"mappo": method("mappo", paper_row=None), "qmix": method("qmix")}
+    found = evidence(*(flown(key, rate_mbps=[[30.0]] * 2) for key in own), recipe=recipe_of(own))
+    with pytest.raises(CannotTellError, match="row in the paper's Table II"):
+        comparable(found, "rate_mbps", ["mappo"], "qmix")
+
+
+def test_lists_are_written_as_in_a_sentence() -> None:
+    assert [join(list("abc")[:count]) for count in (1, 2, 3)] == ["a", "a and b", "a, b and c"]

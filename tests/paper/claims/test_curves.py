@@ -1,0 +1,197 @@
+"""Training curves: crossings, relapses, fluctuations and declines, as one reads them off a figure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pandas as pd
+import pytest
+
+from lawn_sb3.paper.claims.claim import CannotTellError, Evidence
+from lawn_sb3.paper.claims.curves import crosses, declines, fluctuates_more, learns_faster, rises_together, stays_above
+from tests.paper.claims.by_hand import evidence, method, recipe_of, trained
+
+MISSIONS = "missions/success_percent"
+Curves = Sequence[Sequence[float]]
+
+
+def both(role: str, greedy: Curves, missions: Curves) -> pd.DataFrame:
+    """A curve of greedy evaluations and one of training missions."""
+    shown = trained(role, *missions, column=MISSIONS)
+    return trained(role, *greedy).merge(shown, on=["method", "seed", "time/env_steps"], how="outer")
+
+
+def mappo(greedy: Curves, missions: Curves) -> Evidence:
+    return evidence(curves=[both("mappo", greedy, missions)])
+
+
+def test_a_level_is_reached_when_the_slowest_seed_gets_there() -> None:
+    # Greedy after 50 K and 100 K env steps; training missions, averaged over all points so far, after 100 K each.
+    finding = crosses(mappo([[96, 97], [0, 95]], [[90, 100], [91, 99]]), ["mappo"], 95, 150_000)
+    assert finding.verdict == "reproduced"
+    assert "MAPPO: 100,000 env steps greedy, 100,000 env steps in training missions" in finding.figure
+
+
+def test_a_level_reached_late_or_by_some_seeds_alone_is_not() -> None:
+    late = mappo([[0, 0, 0, 96]] * 2, [[0, 0, 0, 100]] * 2)  # 200 K; on average 25 % in training
+    finding = crosses(late, ["mappo"], 95, 150_000)
+    assert finding.verdict == "not reproduced"
+    assert "200,000 env steps greedy, never in training missions" in finding.figure
+    one_late = mappo([[96] * 4, [0, 0, 0, 96]], [[100] * 4] * 2)
+    assert crosses(one_late, ["mappo"], 95, 150_000).verdict == "partly"
+    finding = crosses(mappo([[96], [94]], [[100], [100]]), ["mappo"], 95, 150_000)
+    assert finding.verdict == "partly"
+    assert "50,000 env steps greedy (1 of 2 seeds never), 50,000 env steps in training missions" in finding.figure
+
+
+def test_a_training_too_short_to_tell_is_not_held_against_a_method() -> None:
+    short = {"mappo": method("mappo", env_steps=50_000)}
+    found = evidence(curves=[both("mappo", [[90]], [[90]])], recipe=recipe_of(short))
+    with pytest.raises(CannotTellError, match="trainings of 150,000 env steps of MAPPO"):
+        crosses(found, ["mappo"], 95, 150_000)
+    found = evidence(curves=[both("mappo", [[96]], [[96]])], recipe=recipe_of(short))
+    assert crosses(found, ["mappo"], 95, 150_000).verdict == "reproduced"
+
+
+def test_a_method_that_never_falls_back_is_stable() -> None:
+    finding = stays_above(mappo([[90, 95, 96]] * 2, [[97, 96, 95]] * 2), ["mappo"], 95)
+    assert finding.verdict == "reproduced"
+    assert (
+        "MAPPO: 0 of 4 points below greedy, lowest 95.0 %, 0 of 6 points below in training missions" in finding.figure
+    )
+
+
+def test_a_relapse_of_one_seed_breaks_it() -> None:
+    finding = stays_above(mappo([[95, 99, 99], [95, 60, 99]], [[97] * 3] * 2), ["mappo"], 95)
+    assert finding.verdict == "partly"
+    assert "1 of 6 points below greedy, lowest 60.0 %" in finding.figure
+    assert finding.why.endswith("; not so MAPPO greedy.")
+
+
+def test_training_missions_are_smoothed_before_a_relapse_counts() -> None:
+    # 100 and 92 average to 96.
+    assert stays_above(mappo([[99] * 2] * 2, [[100, 92]] * 2), ["mappo"], 95).verdict == "reproduced"
+
+
+def test_a_method_that_never_gets_there_is_not_stable() -> None:
+    finding = stays_above(mappo([[90, 91], [99, 99]], [[90, 91]] * 2), ["mappo"], 95)
+    assert finding.verdict == "not reproduced"
+    assert "not every seed there greedy" in finding.figure
+
+
+def test_fluctuation_is_the_mean_change_in_the_second_half() -> None:
+    # Second halves: QMIX 80, 90, 70 (changes 10 and 20, mean 15), MAPPO 90, 91, 90 (mean 1).
+    found = evidence(curves=[trained("qmix", *[[0, 50, 80, 90, 70]] * 2), trained("mappo", *[[0, 50, 90, 91, 90]] * 2)])
+    finding = fluctuates_more(found, "qmix", ["mappo"])
+    assert finding.verdict == "reproduced"
+    assert finding.figure == "QMIX: 15.00 [15.00, 15.00] points; MAPPO: 1.00 [1.00, 1.00] points"
+    assert (
+        finding.why == "Each difference (14.00 [14.00, 14.00]) has to lie above 0 with its whole interval: 1 of 1 does."
+    )
+    assert fluctuates_more(found, "mappo", ["qmix"]).verdict == "not reproduced"
+
+
+def test_more_fluctuation_that_may_be_chance_is_not_shown() -> None:
+    # Changes of 2 and 4 against 1 and 1: mean 2, standard error 1, and 12.71 of them count with two seeds.
+    found = evidence(
+        curves=[trained("qmix", [50, 50, 52, 50], [50, 50, 54, 50]), trained("mappo", *[[50, 50, 51, 50]] * 2)]
+    )
+    finding = fluctuates_more(found, "qmix", ["mappo"])
+    assert finding.verdict == "not reproduced"
+    assert "(2.00 [-10.71, 14.71])" in finding.why
+
+
+def test_curves_that_never_change_do_not_fluctuate_more_than_each_other() -> None:
+    flat = evidence(curves=[trained(role, *[[100] * 4] * 2) for role in ("qmix", "mappo")])
+    assert fluctuates_more(flat, "qmix", ["mappo"]).verdict == "not reproduced"
+
+
+def test_more_than_one_of_two_forms_is_partly() -> None:
+    shown = {"qmix": [80, 90, 80], "mappo": [80, 99, 80], "mappo-o": [80, 81, 80]}
+    found = evidence(curves=[trained(role, *[values] * 2) for role, values in shown.items()])
+    finding = fluctuates_more(found, "qmix", ["mappo", "mappo-o"])
+    assert finding.verdict == "partly"
+    assert finding.why.endswith("1 of 2 do.")
+
+
+@pytest.mark.parametrize(
+    ("curves", "reason"),
+    [
+        ([trained("mappo", [80, 90, 80], [80, 90, 80])], "algo qmix"),
+        ([trained("qmix", [80, 90, 80]), trained("mappo", [80, 90, 80])], "two seeds"),
+        ([trained("qmix", [80], [80]), trained("mappo", [80], [80])], "three points"),
+        ([trained("qmix", [80], [80], column="other"), trained("mappo", [80], [80])], "learning curve of QMIX"),
+    ],
+)
+def test_fluctuation_needs_curves_of_several_points_and_seeds(curves: list[pd.DataFrame], reason: str) -> None:
+    with pytest.raises(CannotTellError, match=reason):
+        fluctuates_more(evidence(curves=curves), "qmix", ["mappo"])
+
+
+def test_who_is_higher_on_average_learns_faster() -> None:
+    # Means over training 60 and 40.
+    found = evidence(curves=[trained("mappo-o", *[[30, 90]] * 2), trained("mappo-separate", *[[0, 80]] * 2)])
+    finding = learns_faster(found, ["mappo-o"], ["mappo-separate"])
+    assert finding.verdict == "reproduced"
+    assert "MAPPO-O: 60.00 [60.00, 60.00] %; MAPPO-SEPARATE: 40.00" in finding.figure
+    assert learns_faster(found, ["mappo-separate"], ["mappo-o"]).verdict == "not reproduced"
+
+
+@pytest.mark.parametrize(
+    ("seeds", "verdict"),
+    [
+        ([[60, 40, 30, 20], [70, 50, 40, 26]], "reproduced"),  # early peak of 65; lost 40 and 44
+        ([[10, 20, 60, 20], [10, 20, 70, 26]], "partly"),  # the same, but the peak is late
+        ([[60, 99, 99, 98], [60, 99, 99, 98]], "not reproduced"),  # lost 1
+        ([[60, 40, 30, 20], [60, 60, 60, 60]], "not reproduced"),  # lost 40 and 0: not in every training
+        ([[10, 20, 30, 40], [10, 20, 30, 40]], "not reproduced"),  # never fell
+    ],
+)
+def test_a_decline_is_a_loss_of_all_seeds_from_an_early_peak(seeds: Curves, verdict: str) -> None:
+    assert declines(evidence(curves=[trained("iql", *seeds)]), "iql", 5).verdict == verdict
+
+
+def test_a_decline_is_described_by_peak_end_and_loss() -> None:
+    finding = declines(evidence(curves=[trained("iql", [60, 40, 30, 20], [70, 50, 40, 26])]), "iql", 5)
+    assert finding.figure == (
+        "IQL: peak of the mean 65.0 % at 50,000 of 200,000 env steps, end 23.0 %, lost 42.0 [40.0, 44.0] points"
+    )
+    with pytest.raises(CannotTellError, match="two seeds"):
+        declines(evidence(curves=[trained("iql", [60, 20])]), "iql", 5)
+
+
+RISING = ["greedy/reward", "greedy/utility_mbps"]
+
+
+def rising(utility: Sequence[float]) -> Evidence:
+    """Two equal seeds of V(x) whose reward rises from evaluation to evaluation."""
+    reward = trained("mappo", *[range(1, len(utility) + 1)] * 2, column=RISING[0])
+    return evidence(curves=[reward.merge(trained("mappo", *[utility] * 2, column=RISING[1]))])
+
+
+@pytest.mark.parametrize(
+    ("utility", "whole", "late", "verdict"),
+    [
+        ([10, 20, 30, 40, 90], "1.00", "1.00", "reproduced"),
+        # Ranks 1, 2, 3, 5, 4: 1 - 6 (1 + 1) / (5 * 24) = 0.9; the last three as 1, 3, 2: 1 - 6 (1 + 1) / (3 * 8) = 0.5,
+        # which is not above 0.5.
+        ([10, 20, 30, 90, 40], "0.90", "0.50", "partly"),
+        # Ranks 5, 4, 1, 2, 3: 1 - 6 (16 + 4 + 4 + 4 + 4) / (5 * 24) = -0.6.
+        ([90, 80, 10, 20, 30], "-0.60", "1.00", "partly"),
+        ([50, 40, 30, 20, 10], "-1.00", "-1.00", "not reproduced"),
+    ],
+)
+def test_figures_rise_together_if_they_rank_evaluations_alike_early_and_late(
+    utility: list[float], whole: str, late: str, verdict: str
+) -> None:
+    finding = rises_together(rising(utility), ["mappo"], RISING, 0.5)
+    assert finding.verdict == verdict
+    assert finding.figure == (
+        f"MAPPO: rank correlation {whole} [{whole}, {whole}], in the second half of training {late} [{late}, {late}]"
+    )
+
+
+@pytest.mark.parametrize("utility", [[10, 10, 10, 10, 10], [10, 20, 30, 30, 30], [10, 20, 30]])
+def test_constants_and_two_points_have_no_rank_correlation(utility: list[float]) -> None:
+    with pytest.raises(CannotTellError, match="points that differ"):
+        rises_together(rising(utility), ["mappo"], RISING, 0.5)

@@ -1,0 +1,59 @@
+"""Judging: whatever the runs lack, every claim gets a verdict and a reason."""
+
+from __future__ import annotations
+
+import re
+
+from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.paper.claims import Claim, Evidence, judge, judge_all, load_claims
+from lawn_sb3.paper.claims.claim import VERDICTS
+from lawn_sb3.results.results import read_results
+from tests.paper.claims.by_hand import evidence, flown
+
+CLAIM = Claim(
+    id="a", section="V", text="b", measure="c", test="better_than",
+    arguments={"quantity": "reward", "of": ["mappo"], "over": ["qmix"]},
+)  # fmt: skip
+
+
+def test_missing_methods_make_a_claim_not_testable() -> None:
+    finding = judge(CLAIM, evidence(flown("mappo", reward=[[1.0]] * 2)))
+    assert finding == (
+        "not testable", "", "Needs finished runs of a method with algo qmix, policy monotonic_mixer."
+    )  # fmt: skip
+
+
+def test_runs_that_do_not_fit_together_make_it_not_testable_too() -> None:
+    # One mission against two.
+    found = evidence(flown("mappo", reward=[[1.0]] * 2), flown("qmix", reward=[[1.0, 2.0]] * 2))
+    finding = judge(CLAIM, found)
+    assert finding.verdict == "not testable"
+    assert finding.why == "Needs MAPPO and QMIX on the same missions."
+
+
+def test_claims_are_judged_in_order() -> None:
+    judged = judge_all([CLAIM, CLAIM.model_copy(update={"id": "z"})], evidence())
+    assert [claim.id for claim, _ in judged] == ["a", "z"]
+
+
+def test_without_any_run_only_what_the_paper_prints_is_judged() -> None:
+    judged = judge_all(load_claims(), evidence())
+    told = {claim.id for claim, finding in judged if finding.verdict != "not testable"}
+    assert told == {
+        "share-falls", "one-voxel-a-slot", "table-1-grid", "ema-consistency", "rate-term-duration",
+        "table-1-reward-unit", "continuous-actions", "iql-rate-artefact", "congestion-game",
+    }  # fmt: skip
+
+
+def test_small_runs_give_every_claim_a_verdict_and_a_sentence(recipe: Recipe, small_cells: list[Cell]) -> None:
+    judged = judge_all(load_claims(), Evidence(read_results(recipe, small_cells), small_cells))
+    assert len(judged) == len(load_claims())
+    for claim, (verdict, figure, why) in judged:
+        assert verdict in VERDICTS, claim.id
+        assert (figure == "") == (verdict == "not testable"), claim.id
+        assert why[0].isupper(), claim.id
+        assert why.endswith("."), claim.id
+        assert not re.search(r"\bnan\b", f"{figure} {why}"), claim.id
+    verdicts = {claim.id: finding.verdict for claim, finding in judged}
+    assert verdicts["no-communication"] == "not testable"  # QMIX is not there
+    assert verdicts["random-flat"] != "not testable"  # Random is, with two seeds

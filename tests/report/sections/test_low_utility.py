@@ -1,0 +1,155 @@
+"""Who got the low utilities: every UAV-mission lies in one bin, and its mean is drawn there."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.report.sections.low_utility import (
+    CAUSES,
+    Cause,
+    binned,
+    caption,
+    co_served_bounds,
+    low_utilities,
+    low_utility,
+)
+from lawn_sb3.report.style import save
+from lawn_sb3.results.results import Results, read_results
+from tests.handmade import flown, recipe_of, results_of
+
+
+@pytest.fixture
+def results() -> Results:
+    """Two seeds of one episode of four UAVs, of which the last one fails in seed 0."""
+    recipe = recipe_of(4, ("a",), seeds=2)
+    first = flown(
+        "a", 0, 4,
+        mean_cell_load=[1.0, 1.5, 2.0, 4.0],
+        slots=[4, 6, 7, 100],
+        min_slots=[4, 4, 4, 4],
+        arrived=[True, True, True, False],
+        utility_mbps=[50.0, 30.0, 20.0, 0.0],
+    )  # fmt: skip
+    second = flown(
+        "a", 1, 4,
+        mean_cell_load=[1.0, 1.0, 2.000000001, 3.5],
+        slots=[4, 4, 8, 9],
+        min_slots=[4, 4, 4, 4],
+        utility_mbps=[48.0, 52.0, 26.0, 4.0],
+    )  # fmt: skip
+    return results_of(recipe, first, second)
+
+
+def test_missions_are_sorted_by_the_others_in_their_cell(results: Results) -> None:
+    # Other UAVs: 0, 0.5, 1, 3 and 0, 0, 1 (but for rounding), 2.5.
+    bins, names = binned(results, "co_served")
+    assert names == ["0", "(0, 1]", "(1, 2]", "(2, 3]"]
+    assert bins.tolist() == [0, 1, 1, 3, 0, 0, 1, 3]
+
+
+def test_missions_are_sorted_by_their_detour_and_failures_apart(results: Results) -> None:
+    # T / T_min: 1, 1.5, 1.75, failed and 1, 1, 2, 2.25.
+    bins, names = binned(results, "detour")
+    assert names == ["1", "(1, 1.5]", "(1.5, 2]", "> 2", "failed"]
+    assert bins.tolist() == [0, 1, 2, 4, 0, 0, 2, 3]
+
+
+def test_means_are_over_seeds_and_every_mission_is_counted_once(results: Results) -> None:
+    # Nobody else in the cell: 50 in seed 0, (48 + 52) / 2 = 50 in seed 1, three missions.
+    # Up to one other: (30 + 20) / 2 = 25 and 26, so 25.5, resampled between 25 and 26.
+    table = low_utility(results, "co_served")
+    numbers = table.numbers.set_index("co_served")
+    assert numbers["missions"].to_dict() == {"0": 3, "(0, 1]": 3, "(2, 3]": 2}
+    assert numbers["utility_mbps"].to_dict() == {"0": 50.0, "(0, 1]": 25.5, "(2, 3]": 2.0}
+    assert table.shown.loc[0, "(0, 1] others"] == "25.5 [25.0, 26.0], n = 3"
+    assert table.shown.loc[0, "(1, 2] others"] == ""
+
+
+def test_a_bin_that_only_one_seed_has_gets_no_interval(results: Results) -> None:
+    table = low_utility(results, "detour")
+    assert table.shown.loc[0, "failed"] == "0.0, n = 1"
+    assert table.shown.loc[0, "T/T_min (1.5, 2]"] == "23.0 [20.0, 26.0], n = 2"
+
+
+@given(st.integers(1, 200))
+def test_bins_follow_the_number_of_uavs(num_uavs: int) -> None:
+    bounds = co_served_bounds(num_uavs)
+    steps = np.diff(bounds)
+    assert bounds[0] == 0.0
+    assert bounds[-1] >= num_uavs - 1  # as many others as there are
+    assert len(bounds) <= 8
+    assert not len(steps) or (steps[0] >= 1 and (steps == steps[0]).all())
+    assert not len(bounds) > 1 or bounds[-2] < num_uavs - 1  # no bin that nobody can be in
+
+
+def test_four_and_eight_uavs_have_a_bin_for_each_other_uav() -> None:
+    assert co_served_bounds(4) == (0, 1, 2, 3)
+    assert co_served_bounds(8) == tuple(range(8))
+    assert co_served_bounds(1) == (0,)
+
+
+def test_the_figure_shows_the_tables_means_and_intervals(results: Results) -> None:
+    figure = low_utilities(results)
+    for ax, cause in zip(figure.axes, CAUSES, strict=True):
+        numbers = low_utility(results, cause).numbers
+        points = np.concatenate([line.get_xydata() for line in ax.lines if line.get_marker() == "o"])
+        points = points[points[:, 0].argsort()]
+        names = [label.get_text() for label in ax.get_xticklabels()]
+        expected = [
+            (names.index(name), value) for name, value in zip(numbers[cause], numbers["utility_mbps"], strict=True)
+        ]
+        assert points.tolist() == [list(point) for point in expected]
+        assert ax.get_ylabel() == ("mean utility $U_i$ (Mbps)" if cause == "co_served" else "")
+        (bars,) = ax.collections
+        ends = [segment[:, 1].tolist() for segment in bars.get_segments() if len(segment)]
+        known = numbers.dropna()
+        assert ends == known[["utility_mbps_low", "utility_mbps_high"]].to_numpy().tolist()
+
+
+def test_points_without_an_interval_are_hollow(results: Results) -> None:
+    faces = {
+        (x, line.get_markerfacecolor() == "white")
+        for line in low_utilities(results).axes[1].lines
+        for x in line.get_xdata()
+        if line.get_marker() == "o"
+    }
+    assert faces == {(0, False), (1, True), (2, False), (3, True), (4, True)}  # detours of 1.5, above 2, and failed
+
+
+@pytest.mark.parametrize("cause", CAUSES)
+def test_every_mission_of_real_runs_is_in_a_bin(recipe: Recipe, small_cells: list[Cell], cause: Cause) -> None:
+    results = read_results(recipe, small_cells)
+    numbers = low_utility(results, cause).numbers
+    assert numbers.groupby("key")["missions"].sum().to_dict() == {"random": 48, "mappo": 48}  # 2 seeds x 6 x 4
+    assert "6 test episodes of each of 2 seeds" in caption(results, cause)
+
+
+def test_two_methods_of_one_name_stay_apart(results: Results) -> None:
+    twins = results.recipe.model_copy(update={"methods": dict.fromkeys(("a", "b"), results.recipe.methods["a"])})
+    both = results_of(twins, results.episodes, results.episodes.assign(method="b", utility_mbps=1.0))
+    assert low_utility(both, "detour").shown["T/T_min 1"].tolist() == [
+        "50.0 [50.0, 50.0], n = 3",
+        "1.0 [1.0, 1.0], n = 3",
+    ]
+
+
+def test_equal_results_give_equal_bytes(results: Results, tmp_path: Path) -> None:
+    for name in ("first", "second"):
+        save(low_utilities(results), tmp_path, name)
+    for suffix in ("png", "pdf"):
+        assert (tmp_path / f"first.{suffix}").read_bytes() == (tmp_path / f"second.{suffix}").read_bytes()
+
+
+def test_panels_of_many_methods_stand_below_each_other_so_that_points_stay_apart() -> None:
+    for count, rows in ((8, 1), (9, 2)):
+        keys = tuple(f"m{k}" for k in range(count))
+        made = results_of(recipe_of(1, keys), *(flown(key, 0, utility_mbps=[10.0]) for key in keys))
+        figure = low_utilities(made)
+        assert figure.axes[0].get_gridspec().nrows == rows  # type: ignore[union-attr]
+        assert len({ax.get_ylabel() for ax in figure.axes}) == 3 - rows  # a panel of its own has an axis of its own

@@ -1,0 +1,67 @@
+"""Greedy against sampled play: paired by seed on the same missions."""
+
+from __future__ import annotations
+
+import pandas as pd
+import pytest
+
+from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.report.sections.sampling import both_plays, sampling
+from lawn_sb3.results.results import Results, read_results
+from tests.handmade import flown, recipe_of, results_of
+
+
+@pytest.fixture
+def results() -> Results:
+    recipe = recipe_of(2, ("untrained", "a"), seeds=3)
+    greedy = [
+        flown("a", 0, 2, reward=[1.0, 3.0], arrived=[True, False], makespan_slots=[9, 9]),
+        flown("a", 1, 2, reward=[4.0, 4.0], makespan_slots=[4, 4]),
+        flown("a", 2, 2, reward=[100.0, 100.0], makespan_slots=[50, 50]),
+        flown("untrained", 0, 2, reward=[0.0, 0.0]),
+    ]
+    sampled = [
+        flown("a", 1, 2, reward=[2.0, 3.0], makespan_slots=[6, 6]),
+        flown("a", 0, 2, reward=[1.0, 2.0], makespan_slots=[5, 5]),
+    ]
+    return results_of(recipe, *greedy, sampled=pd.concat(sampled, ignore_index=True))
+
+
+def test_seeds_without_sampled_play_are_left_out(results: Results) -> None:
+    greedy, sampled = both_plays(results, "a", "reward")
+    assert greedy.tolist() == [2.0, 4.0]
+    assert sampled.tolist() == [1.5, 2.5]
+
+
+def test_differences_are_taken_seed_by_seed(results: Results) -> None:
+    # Rewards 2 - 1.5 = 0.5 and 4 - 2.5 = 1.5: 1 on average, resampled between 0.5 and 1.5.
+    # Slots 9 - 5 = 4 and 4 - 6 = -2; success 50 - 100 = -50 and 100 - 100 = 0 percent.
+    table = sampling(results)
+    (row,) = table.shown.to_dict("records")
+    assert row == {
+        "Method": "M2",
+        "Success (%)": "75.0 / 100.0",
+        "Δ Success (%)": "-25.0 [-50.0, 0.0]",
+        "J̄": "3.000 / 2.000",
+        "Δ J̄": "1.000 [0.500, 1.500]",
+        "T̄ (slots)": "6.5 / 5.5",
+        "Δ T̄ (slots)": "1.0 [-2.0, 4.0]",
+        "n": "2 × 1",
+    }
+    assert table.numbers.loc[0, "reward_greedy_high"] == 4.0
+    assert table.numbers.loc[0, "reward_sampled_low"] == 1.5
+
+
+def test_equal_play_differs_by_nothing(results: Results) -> None:
+    same = results_of(results.recipe, results.episodes, sampled=results.episodes[results.episodes["method"] == "a"])
+    row = sampling(same).numbers.iloc[0]
+    for name in ("reward", "success_percent", "makespan_slots"):
+        assert row[[f"{name}_difference", f"{name}_difference_low", f"{name}_difference_high"]].tolist() == [0.0] * 3
+
+
+def test_without_sampled_play_the_table_is_empty(results: Results) -> None:
+    assert len(sampling(results_of(results.recipe, results.episodes)).shown) == 0
+
+
+def test_only_methods_that_learn_are_compared(recipe: Recipe, small_cells: list[Cell]) -> None:
+    assert sampling(read_results(recipe, small_cells)).shown["Method"].tolist() == ["CTDE-MAPPO"]

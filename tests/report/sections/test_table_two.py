@@ -1,0 +1,77 @@
+"""Table II: means and intervals over seeds, the paper's values beside them, and how many seeds and episodes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lawn_sb3.experiment.recipe import Method
+from lawn_sb3.report.sections.table_two import table_two
+from tests.handmade import flown, learner, player, recipe_with, results_of
+
+RECIPE = recipe_with(
+    {
+        "random": Method(label="Random", paper_row="Random", player="random"),
+        "mappo": learner("A|B & V_x", paper_row="CTDE-MAPPO"),
+        "mine": learner("Mine"),
+    },
+    evaluation={"episodes": 1},
+)
+
+
+def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
+    # Random: seed 0 fails (0 %), seed 1 arrives (100 %): mean 50; a bootstrap of two seeds reaches from 0 to 100.
+    made = results_of(
+        RECIPE,
+        flown("random", 0, arrived=[False], utility_mbps=[0.0]),
+        flown("random", 1, arrived=[True], utility_mbps=[20.0]),
+        flown("mappo", 0, makespan_slots=[6]),
+        flown("mine", 0),
+    )
+    table = table_two(made)
+    numbers = table.numbers.set_index("key")
+    assert numbers.loc["random", ["success_percent", "success_percent_low", "success_percent_high"]].tolist() == [
+        50.0,
+        0.0,
+        100.0,
+    ]
+    assert numbers.loc["random", "utility_mbps"] == 10.0
+    assert numbers.loc["random", "success_percent_paper"] == 22.4
+    assert numbers.loc["mappo", "makespan_slots_paper"] == 8.7
+    assert numbers.loc["mappo", "seeds"] == 1
+    assert np.isnan(numbers.loc["mappo", "success_percent_low"])  # one seed has no interval
+    assert np.isnan(numbers.loc["mine", "reward_paper"])
+    shown = table.shown.set_index("Method")
+    assert shown.loc["Random", "Success (%)"] == "50.0 [0.0, 100.0] (22.4)"
+    assert shown.loc["A|B & V_x", "T̄ (slots)"] == "6.0 (8.7)"
+    assert shown["n"].tolist() == ["2 × 1", "1 × 1", "1 × 1"]
+
+
+def test_labels_are_shown_as_they_are_written() -> None:
+    table = table_two(results_of(RECIPE, flown("mappo", 0)))
+    assert "A\\|B & V_x" in table.as_markdown()
+    assert "A|B \\& V\\_x" in table.as_latex()
+
+
+def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> None:
+    # One mission: the bound has 40 Mbps, straight flight 20, MAPPO 30 with seed 0 and 10 with seed 1. The best known is
+    # 30, so straight flight has 20/40 to 20/30, and MAPPO on average as much.
+    recipe = recipe_with({"bound": player("bound"), "shortest-path": player("shortest-path"), "mappo": learner("Mine")})
+    rows = [
+        flown("shortest-path", 0, utility_mbps=[20.0]),
+        flown("mappo", 0, utility_mbps=[30.0]),
+        flown("mappo", 1, utility_mbps=[10.0]),
+    ]
+    table = table_two(results_of(recipe, flown("bound", 0, utility_mbps=[40.0]), *rows))
+    assert table.shown["Share (%)"].tolist() == ["–", "50.0–66.7", "50.0–66.7"]
+    numbers = table.numbers.set_index("key")
+    assert numbers.loc["mappo", ["share_low_percent", "share_low_percent_low", "share_low_percent_high"]].tolist() == [
+        50.0,
+        25.0,  # seed 1 alone
+        75.0,
+    ]
+    assert np.isnan(numbers.loc["bound", "share_low_percent"])
+    assert "between 30.0 Mbps" in table.caption
+    assert "and 40.0 Mbps" in table.caption
+    without = table_two(results_of(recipe, *rows))
+    assert "Share (%)" not in without.shown
+    assert "Share" not in without.caption
