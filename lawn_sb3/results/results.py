@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -13,17 +14,18 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished
 from lawn_sb3.experiment.evaluation import summarize
-from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.experiment.recipe import Cell, Method, Recipe, Scaling
 from lawn_sb3.results.run_files import (
     read_evaluation,
     read_paths,
     read_progress,
     read_regrets,
     read_sampled,
+    read_scaling,
     read_slots,
 )
 
-BESIDES = ("curves", "slots", "paths", "sampled", "regrets")
+BESIDES = ("curves", "slots", "paths", "sampled", "regrets", "scaling")
 """Tables of :class:`Results` that can be read besides the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
@@ -41,6 +43,8 @@ class Results:
     :param paths: rows of all ``paths.csv``
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
+    :param scaling: rows of all ``scaling.csv``
+    :param cells: the cells whose runs were read
     """
 
     recipe: Recipe
@@ -51,6 +55,8 @@ class Results:
     paths: pd.DataFrame = field(default_factory=pd.DataFrame)
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
+    scaling: pd.DataFrame = field(default_factory=pd.DataFrame)
+    cells: Sequence[Cell] = ()
 
     @property
     def methods(self) -> dict[str, Method]:
@@ -142,7 +148,7 @@ def score_matrix(
     return values if per == "uav" else values.mean(axis=-1)
 
 
-def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = BESIDES) -> Results:
+def read_results(recipe: Recipe, cells: Sequence[Cell], besides: Collection[str] = BESIDES) -> Results:
     """Read the runs of a recipe.
 
     :param recipe: the recipe
@@ -150,8 +156,9 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
     :param besides: the tables to read besides ``episodes``
     :return: what could be read, and what could not
     """
-    results = Results(recipe)
-    wanted = [table for table in besides if table != "regrets" or recipe.regret]
+    results = Results(recipe, cells=cells)
+    asked_for = {"regrets": recipe.regret, "scaling": recipe.scaling is not None}
+    wanted = [table for table in besides if asked_for.get(table, True)]
     parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *wanted)}
     for cell in cells:
         if not (cell.directory / "config.yaml").exists():
@@ -161,7 +168,7 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(cell, wanted, results.problems).items():
+        for table, rows in _read_run(cell, recipe.scaling, wanted, results.problems).items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
@@ -170,7 +177,9 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
     return results
 
 
-def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:
+def _read_run(
+    cell: Cell, scaling: Scaling | None, besides: Collection[str], problems: list[str]
+) -> dict[str, pd.DataFrame]:
     """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
     tables: dict[str, pd.DataFrame] = {}
 
@@ -194,6 +203,8 @@ def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict
             readers["sampled"] = lambda: read_sampled(cell, evaluation)
     if cell.method.player != BOUND:
         readers["regrets"] = lambda: read_regrets(cell, evaluation)
+    if scaling is not None and cell.key in scaling.methods:
+        readers["scaling"] = partial(read_scaling, cell, scaling)
     for table, read in readers.items():
         if table in besides:
             keep(table, read)
