@@ -118,7 +118,7 @@ class Results:
         """The values of one column of the evaluations, ready for statistics.
 
         :param method: its key in the recipe
-        :param name: the column, such as ``reward``
+        :param name: the column, such as ``reward``; ``success_percent`` is made of ``arrived``
         :param per: ``episode`` averages over the UAVs of an episode
         :return: values [S, E], or [S, E, N] per UAV: seeds, episodes and UAVs in ascending order
         :raises UserError: if the method has no results, or there is no such column
@@ -140,6 +140,8 @@ def score_matrix(
     """
     if not len(rows) or method not in set(rows["method"]):
         raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    if name == "success_percent":
+        return 100.0 * score_matrix(rows, method, "arrived", per)
     if name not in rows:
         raise unknown_name("column", name, rows.columns)
     own = rows[rows["method"] == method].sort_values(["seed", "episode", "uav"])
