@@ -24,7 +24,7 @@ UAVs have to broadcast for it is in every Table II.
 **Receives.** The constructor of a MAPPO or QMIX policy gets SB3's ``observation_space``, ``action_space`` and
 ``lr_schedule``, and ``layout``, an :class:`lawn_sb3.envs.ObservationLayout`, which the base class keeps as
 ``self.layout``; with ``needs_scenario = True`` also the ``scenario``; further arguments come from the setting
-``policy_kwargs``. Then, one row a UAV and slot, each is handed what it may see and nothing else:
+``policy_kwargs``. Then, one row per UAV and slot, each is handed what it may see and nothing else:
 
 - ``actor_input(local)`` and QMIX's Q-network: o_i, followed by what else the policy sees;
 - ``critic_input(local, state)``: the same, and x;

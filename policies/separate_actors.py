@@ -16,9 +16,9 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 
 
 class NetworkPerUAV(nn.Module):
-    """As many networks as UAVs; each row goes to its own UAV's.
+    """One network per UAV: each row is answered by its own UAV's.
 
-    :param networks: one network a UAV
+    :param networks: one network per UAV
     """
 
     def __init__(self, networks: Sequence[nn.Module]) -> None:

@@ -24,6 +24,21 @@ from lawn_sb3.experiment.registry import REPOSITORY
 ENTRY_POINTS = "lawn_sb3.policies"
 """The entry-point group in which other packages register policies: ``NAME = package.module:Class``."""
 
+SAME_RESULTS = {
+    "4535044070047070": "ffbe78bc5144d441",  # centralized_critic
+    "6af6655281a9f8f1": "99a188bc3dd1aec6",  # congestion_blind
+    "a12de9cf4af967cc": "b73b206e0b1ad0e9",  # local_critic
+    "9e2aa43065bdf43f": "509b824075f9df9d",  # masked
+    "b2eb2e2a567d412a": "76553bd88d263762",  # recurrent
+    "f8f352f99ef24c80": "34dc7cae15122255",  # relative
+    "19d931262927cde6": "b90714e59071a68b",  # separate_actors
+    "07c170e5fc5bacf9": "57ee49afabab8eab",  # set_critic
+    "26cc0f3c3069869e": "c722356090109cf4",  # state_critic
+}
+"""Digests of shipped files that were written anew and still leave the same bytes: today's, and the one it counts as.
+
+Version 0.2 gave the policies new hooks; runs made before it stay valid."""
+
 _DIGESTS: dict[Path, str] = {}
 """What the files of policies held when they were first asked for: an edit after that is not what this process runs."""
 
@@ -64,7 +79,8 @@ def policy_digest(name: str) -> str:
     place = _locate(name)
     if place.path not in _DIGESTS:
         content = b"".join(file.read_bytes() for file in _own_files(place.path, place.module))
-        _DIGESTS[place.path] = hashlib.sha256(content).hexdigest()[:16]
+        digest = hashlib.sha256(content).hexdigest()[:16]
+        _DIGESTS[place.path] = SAME_RESULTS.get(digest, digest)
     return _DIGESTS[place.path]
 
 

@@ -191,6 +191,14 @@ def test_the_digest_of_a_file_that_imports_nothing_of_the_users_is_that_of_its_b
     assert policy_digest("policies.local_q:LocalQPolicy") == policy_digest("local_q")
 
 
+@pytest.mark.parametrize("recipe", ["paper", "ablation", "ladder"])
+def test_kept_runs_still_count_as_made_with_the_shipped_policies(recipe: str) -> None:
+    for path in sorted((REPOSITORY / "runs" / "reference" / recipe).glob("*/seed-*/config.yaml")):
+        kept = yaml.safe_load(path.read_text(encoding="utf-8"))
+        name = kept["method"]["policy"]
+        assert kept["policy_file"] == (policy_digest(name) if name else None), path
+
+
 def test_modules_of_the_users_own_that_a_policy_imports_count_and_so_do_those_that_they_import(
     folder: Path, digest: Callable[[str], str]
 ) -> None:
