@@ -1,8 +1,8 @@
 """What a UAV of the mean-field planner knows about the others: how many are in each cell, and little else.
 
-It is written as a few rows of one number a cell, so that everything is alike for every number of cells and UAVs. Rows
-are told apart by their hash. Where the airspace looks the same after it is flipped or transposed, so do the games in
-it, and what was seen in one cell counts for its images too.
+It is written as a few rows with one number per cell, so that it looks the same for every number of cells and UAVs. Rows
+are told apart by their hash. If the airspace looks the same after it is flipped or transposed, so do the games in it,
+and what was seen in one cell counts for its images too.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from lawn_sb3.game.state import Rules, State, voxel_of
 Ints = NDArray[np.int64]
 
 EXACT_SLOTS = 8
-"""Slots up to which times are told apart one by one; longer ones fall into four buckets an octave."""
+"""Times up to this many slots are told apart one by one; longer ones fall into four buckets per octave."""
 
 _SEED, _PRIME = 0x2545F4914F6CDD1D, 0x100000001B3
 _POSITIVE = 0x7FFFFFFFFFFFFFFF
 
 
 class Senses(NamedTuple):
-    """What a UAV knows besides its own o_i (eq:obs) and the slots that it has flown."""
+    """What a UAV knows besides its own o_i, Eq. (12), eq:obs, and the slots that it has flown."""
 
     destinations: bool
     """How many other UAVs in the air head for each cell."""
@@ -34,12 +34,12 @@ class Senses(NamedTuple):
 
     @property
     def num_rows(self) -> int:
-        """Numbers that it knows of each cell: B."""
+        """B, how many numbers it knows of each cell."""
         return 1 + self.destinations + self.memory
 
 
 class Keys(NamedTuple):
-    """A sight in a form that can be looked up, from the least of what is known to all of it."""
+    """A sight in a form that can be looked up, from the least that is known to all of it."""
 
     loads: int
     """The UAV's own cell and how many others are in each cell."""
@@ -51,10 +51,10 @@ class Keys(NamedTuple):
 
 @njit
 def bucket(slots: int) -> int:
-    """The bucket of a time.
+    """The bucket of a time: the slots themselves up to ``EXACT_SLOTS``, above that their logarithm in quarter octaves.
 
-    :param slots: slots, 0 or more
-    :return: the slots themselves up to ``EXACT_SLOTS``, above that their logarithm in quarters of an octave
+    >>> [bucket(slots) for slots in (0, 5, 8, 16, 32)]
+    [0, 5, 8, 12, 16]
     """
     if slots <= EXACT_SLOTS:
         return slots
@@ -63,16 +63,11 @@ def bucket(slots: int) -> int:
 
 @njit
 def look(rules: Rules, state: State, game: int, uav: int, senses: Senses, sight: Ints) -> int:
-    """What a UAV knows of each cell.
+    """Write what a UAV knows of each cell.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param uav: index of the UAV, which is flying
-    :param senses: what it knows
-    :param sight: other UAVs in each cell; then those who head for it, and its load one slot before, oneself included,
-        where that is known [B, M]; written
-    :return: its own cell
+    :param sight: other UAVs in each cell; then, if known, those heading for it, and its load one slot before, oneself
+        included [B, M]; written
+    :return: the UAV's own cell
     """
     own = rules.cell[voxel_of(state.position, game, uav)]
     row = 0
@@ -94,13 +89,12 @@ def look(rules: Rules, state: State, game: int, uav: int, senses: Senses, sight:
 
 @njit
 def keys_of(own: int, sight: Ints, clock: int, image: Ints) -> Keys:
-    """Hash a sight.
+    """Hash a sight into 63 bits each, unique in practice.
 
     :param own: the UAV's own cell
     :param sight: what it knows of each cell [B, M]
     :param clock: slots flown
-    :param image: the cell that stands in the place of each cell, such as 0, 1, 2... [M]
-    :return: 63 bits each, in practice unique
+    :param image: the cell that takes the place of each cell, such as 0, 1, 2... [M]
     """
     key = _SEED
     for b in image:
@@ -120,10 +114,9 @@ def _fold(key: int, value: int) -> int:
 
 
 def images(rules: Rules) -> Ints:
-    """How the cells change places when the airspace is flipped or transposed and the game is the same as before.
+    """How the cells change places when the airspace is flipped or transposed and the game stays the same.
 
-    :param rules: the game's constants
-    :return: the cell that comes to stand in the place of each cell [P, M]; the first line is 0, 1, 2...
+    :return: the cell that takes the place of each cell [P, M]; the first row is 0, 1, 2...
     """
     num_gbs = len(rules.num_rbs)
     found = [np.arange(num_gbs)]

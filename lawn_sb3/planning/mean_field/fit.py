@@ -1,9 +1,9 @@
-"""How the tables of the mean-field planner are fitted: the planner is flown by its own tables, round after round.
+"""How the tables of the mean-field planner are fitted: the planner flies by its own tables, round after round.
 
-In every slot of every flight it is noted what the UAV saw, and what each cell was like in each slot that it then flew
-on: the RB share it would have had there, and what its being there would have cost the others. The tables that come of
-it make the UAVs fly otherwise, which changes the tables. Where neither changes any more, everybody's expectations come
-true: a fixed point. There may be several, and none is proven to be the best that can be done with what a UAV knows.
+In every slot of every flight we record what the UAV saw, and what each cell was like in each later slot of the flight:
+the RB share it would have had there, and what its presence there would have cost the others. The new tables make the
+UAVs fly differently, which changes the tables again. When neither changes any more, everybody's expectations come true:
+a fixed point. There may be several, and none is proven to be the best that can be done with what a UAV knows.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.game.state import Rules, State, bias_horizon
 from lawn_sb3.planning.flight import peak_rate_mbps
-from lawn_sb3.planning.mean_field_flight import expected_flight
-from lawn_sb3.planning.mean_field_sight import Senses, bucket, images, keys_of, look
-from lawn_sb3.planning.mean_field_tables import (
+from lawn_sb3.planning.mean_field.expected_flight import expected_flight
+from lawn_sb3.planning.mean_field.sight import Senses, bucket, images, keys_of, look
+from lawn_sb3.planning.mean_field.tables import (
     Tables,
     add_row,
+    average,
     cell_row,
     empty_tables,
     fade,
     find_finest,
-    settle,
 )
 from lawn_sb3.scenario import Scenario
 
@@ -41,10 +41,11 @@ OnRound = Callable[[int, int], None]
 """Called after each round with the rounds done and all rounds."""
 
 KEPT = 0.8
-"""The part of what was seen in earlier rounds that counts on in the next."""
+"""How much of what was seen in earlier rounds still counts in the next."""
 MOST_EPISODES = 6_000
 MOST_WORK = 1e6
-"""Slots of all flights of a round, squared: flights are long where the airspace is large, and each slot costs more."""
+"""UAVs times episodes times squared flight time of a round: flights in a large airspace are long, and each slot costs
+more."""
 
 
 class Fit(NamedTuple):
@@ -55,18 +56,18 @@ class Fit(NamedTuple):
     seed: int
     rounds: int
     episodes: int | None
-    """Episodes a round; without a number, as many as a scenario allows in reasonable time."""
+    """Episodes per round; by default as many as a scenario allows in reasonable time."""
 
 
 class _Slot(NamedTuple):
-    """What came of one slot of all games."""
+    """What one slot of all games gave."""
 
     cell: Ints  # [G, N] where each UAV took RBs; -1 for none
     voxel_mbps: Floats  # [G, N] rate over one RB there; 0 for a UAV that does not fly
 
 
 def fit_tables(scenario: Scenario, fit: Fit, on_round: OnRound | None = None) -> Tables:
-    """Fly the planner by its own tables, until they agree with what comes of it.
+    """Fly the planner by its own tables, round after round.
 
     :param scenario: the game
     :param fit: how
@@ -85,18 +86,14 @@ def fit_tables(scenario: Scenario, fit: Fit, on_round: OnRound | None = None) ->
             simulator.reset()
             fade(tables, KEPT)
         _play_round(simulator, tables, fit, same)
-        settle(rules, tables)
+        average(rules, tables)
         if on_round is not None:
             on_round(done + 1, fit.rounds)
     return tables
 
 
 def longest_mission(scenario: Scenario) -> int:
-    """The least flight time between opposite corners of the airspace.
-
-    :param scenario: the game
-    :return: slots
-    """
+    """The least flight time between opposite corners of the airspace, in slots."""
     width, length, layers = scenario.grid
     return max(min_slots((0, 0, 0), (width - 1, length - 1, layers - 1), scenario.max_voxel_steps), 1)
 
@@ -104,7 +101,7 @@ def longest_mission(scenario: Scenario) -> int:
 def _play_round(simulator: Simulator, tables: Tables, fit: Fit, same: Ints) -> None:
     rules = simulator.rules
     seen: list[State] = []
-    came: list[_Slot] = []
+    gave: list[_Slot] = []
     arrived = np.zeros_like(simulator.state.flying)
     while simulator.state.flying.any():
         seen.append(copy.deepcopy(simulator.state))
@@ -113,16 +110,16 @@ def _play_round(simulator: Simulator, tables: Tables, fit: Fit, same: Ints) -> N
         x, y, z = np.moveaxis(simulator.state.position, -1, 0)
         flew = seen[-1].flying
         cell = np.where(flew | rules.arrived_stays, rules.cell[x, y, z], -1)
-        came.append(_Slot(cell, np.where(flew, rules.rb_rate_mbps[x, y, z], 0.0)))
-    cells, voxel_mbps = (np.array(parts) for parts in zip(*came, strict=True))  # [T, G, N]
-    gains = voxel_mbps * _weights(rules, simulator.state, arrived, len(came))
+        gave.append(_Slot(cell, np.where(flew, rules.rb_rate_mbps[x, y, z], 0.0)))
+    cells, voxel_mbps = (np.array(parts) for parts in zip(*gave, strict=True))  # [T, G, N]
+    gains = voxel_mbps * _weights(rules, simulator.state, arrived, len(gave))
     for t, state in enumerate(seen):
-        _note_slot(rules, state, simulator.state.slot, t, cells, gains, tables, fit.senses, same)
+        _record_slot(rules, state, simulator.state.slot, t, cells, gains, tables, fit.senses, same)
 
 
 @njit
 def _weights(rules: Rules, state: State, arrived: NDArray[np.bool_], num_slots: int) -> Floats:
-    """What the rate of every slot counts in the utility of each UAV, now that all are done [T, G, N]."""
+    """How much the rate of every slot counts in the utility of each UAV, now that all are done [T, G, N]."""
     num_games, num_uavs = arrived.shape
     weights = np.zeros((num_slots, num_games, num_uavs))
     for g in range(num_games):
@@ -136,7 +133,7 @@ def _weights(rules: Rules, state: State, arrived: NDArray[np.bool_], num_slots: 
 
 
 @njit
-def _note_slot(
+def _record_slot(
     rules: Rules,
     state: State,
     flown: Ints,
@@ -147,16 +144,14 @@ def _note_slot(
     senses: Senses,
     same: Ints,
 ) -> None:
-    """Note for every UAV that flies what it saw, and what each cell was like in the slots that it flew on.
+    """Record what every flying UAV saw, and what each cell was like in the later slots of its flight.
 
-    :param rules: the game's constants
     :param state: the state of all games after t slots
     :param flown: slots that each UAV flew in all [G, N]
     :param t: slots flown so far
-    :param cells: where each UAV took RBs in each slot; -1 for none [T, G, N]
-    :param gains: utility that each UAV had of each RB in each slot in Mbps [T, G, N]
+    :param cells: where each UAV took RBs in each slot; -1 for nowhere [T, G, N]
+    :param gains: utility that each UAV had from each RB in each slot in Mbps [T, G, N]
     :param tables: the tables; written
-    :param senses: what a UAV knows
     :param same: how cells may change places [P, M]
     """
     num_gbs = len(rules.num_rbs)
@@ -189,19 +184,18 @@ def _note_slot(
                         for level in range(len(rows)):
                             row = int(rows[level])
                             if row >= 0:
-                                _note(tables.rows.sums, tables.rows.counts, int(row), k, b, share, loss_mbps)
-                        _note(tables.cells.sums, tables.cells.counts, int(alone[b]), k, 0, share, loss_mbps)
-                        _note(tables.anyhow.sums, tables.anyhow.counts, 0, k, b, share, loss_mbps)
+                                _add(tables.rows.sums, tables.rows.counts, int(row), k, b, share, loss_mbps)
+                        _add(tables.cells.sums, tables.cells.counts, int(alone[b]), k, 0, share, loss_mbps)
+                        _add(tables.anyhow.sums, tables.anyhow.counts, 0, k, b, share, loss_mbps)
 
 
 @njit
 def _join_each(rules: Rules, cell: Ints, gain_mbps: Floats, uav: int, outcome: Floats) -> None:
     """What one UAV would have had in each cell in one slot, and what that would have cost the others.
 
-    :param rules: the game's constants
-    :param cell: where each UAV takes RBs; -1 for none [N]
-    :param gain_mbps: utility that each has of each RB [N]
-    :param uav: the UAV, which does not count
+    :param cell: where each UAV takes RBs; -1 for nowhere [N]
+    :param gain_mbps: utility that each has from each RB [N]
+    :param uav: the UAV; it does not count itself
     :param outcome: RB share, and loss in Mbps [M, 2]; written
     """
     for b in range(len(outcome)):
@@ -217,7 +211,7 @@ def _join_each(rules: Rules, cell: Ints, gain_mbps: Floats, uav: int, outcome: F
 
 
 @njit
-def _note(sums: Floats, counts: Floats, row: int, k: int, b: int, share: float, loss_mbps: float) -> None:
+def _add(sums: Floats, counts: Floats, row: int, k: int, b: int, share: float, loss_mbps: float) -> None:
     sums[row, k, b, 0] += share
     sums[row, k, b, 1] += loss_mbps
     counts[row, k, b] += 1.0
@@ -225,15 +219,7 @@ def _note(sums: Floats, counts: Floats, row: int, k: int, b: int, share: float, 
 
 @njit
 def first_moves(rules: Rules, state: State, tables: Tables, senses: Senses, slack: int) -> Ints:
-    """Let every UAV plan by what it sees and the tables say, and take the first moves.
-
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param tables: what to expect
-    :param senses: what a UAV knows
-    :param slack: slots beyond T_i^min that a flight may take
-    :return: indices into the action table [G, N]
-    """
+    """The first moves if every UAV plans by what it sees and what the tables say of it [G, N]."""
     num_games, num_uavs = state.flying.shape
     num_gbs = len(rules.num_rbs)
     actions = np.zeros((num_games, num_uavs), dtype=np.int64)

@@ -1,8 +1,8 @@
-"""What to expect of each cell, slots ahead, by what is seen now: means over many flights, kept by what was known.
+"""What to expect of each cell, slots ahead, by what is seen now: means over many flights, filed by what was known.
 
-Much of what can be known is seen seldom. Every mean is therefore drawn towards that of those who knew less: the more,
-the fewer flights it is over. From all to little: the sight with the clock; the sight; own cell and loads; of one cell
-alone its load and all the others; nothing. Where nothing was seen yet, a UAV expects every cell for itself.
+Much of what can be known is seen rarely. Every mean is therefore drawn towards the mean of those who knew less; the
+fewer flights it is over, the more so. From most to least: the sight with the clock; the sight; own cell and loads; of
+one cell alone, its load and all the others; nothing. Before anything was seen, a UAV expects every cell for itself.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.state import Rules
-from lawn_sb3.planning.mean_field_sight import Keys, Senses, bucket
+from lawn_sb3.planning.mean_field.sight import Keys, Senses, bucket
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 PRIOR_FLIGHTS = 10.0
-"""Flights that a mean over those who knew less counts for."""
+"""The mean of those who knew less counts as much as this many flights."""
 MOST_ROWS = 2**15
 MOST_CELL_ROWS = 2**17
 MOST_MEANS = 2**21
-"""Bounds on the tables: sights, sights of one cell alone, and buckets of slots and cells of all sights."""
+"""Bounds on the tables: sights, sights of one cell alone, and means of all sights (buckets times cells)."""
 MOST_TOLD_APART = 17
-"""UAVs in a cell; more are taken for as many."""
+"""Numbers of UAVs in a cell that are told apart, from 0 up; larger ones count as the last."""
 
 
 class Means(NamedTuple):
@@ -49,7 +49,7 @@ class Tables(NamedTuple):
     size: Ints
     """How many of the R rows are in use [1]."""
     places: Ints
-    """Where the row of a key is found, by open addressing; -1 where there is none [2 R]."""
+    """The row of a key, found by open addressing; -1 where there is none [2 R]."""
     keys: Ints
     """The key of each row [R]."""
     parents: Ints
@@ -61,7 +61,7 @@ class Tables(NamedTuple):
 
 
 def empty_tables(rules: Rules, num_uavs: int, senses: Senses, longest: int) -> Tables:
-    """Tables of nothing seen yet.
+    """Tables before anything was seen.
 
     :param rules: the game's constants
     :param num_uavs: N
@@ -86,7 +86,7 @@ def empty_tables(rules: Rules, num_uavs: int, senses: Senses, longest: int) -> T
         parent_cells=np.zeros((rows, num_gbs), dtype=np.int64),
         told_apart=told_apart,
     )
-    settle(rules, tables)
+    average(rules, tables)
     return tables
 
 
@@ -97,14 +97,12 @@ def _empty_means(rows: int, buckets: int, columns: int) -> Means:
 
 @njit
 def cell_row(cell: int, own: int, sight: Ints, seen_in: int, total: int, told_apart: int) -> int:
-    """The row of what is known of one cell alone: its load, who else is known of there, and all other UAVs.
+    """The row of what is known of one cell alone: its load, the second number known of it, and all other UAVs.
 
     :param cell: the cell that the row is for
     :param own: the UAV's own cell, as the sight numbers cells
-    :param sight: what the UAV knows of each cell [B, M]
     :param seen_in: the cell's number in the sight
-    :param total: UAVs in all cells, itself aside
-    :param told_apart: numbers of UAVs that are told apart
+    :param total: other UAVs in all cells
     :return: index of the row
     """
     top = told_apart - 1
@@ -117,12 +115,7 @@ def cell_row(cell: int, own: int, sight: Ints, seen_in: int, total: int, told_ap
 
 @njit
 def find_row(tables: Tables, key: int) -> int:
-    """The row of a key.
-
-    :param tables: the tables
-    :param key: of a sight
-    :return: index of the row; -1 if there is none
-    """
+    """The row of a sight's key; -1 if there is none."""
     mask = len(tables.places) - 1
     place = key & mask
     while tables.places[place] >= 0:
@@ -135,12 +128,7 @@ def find_row(tables: Tables, key: int) -> int:
 
 @njit
 def find_finest(tables: Tables, keys: Keys) -> int:
-    """The row of those who knew as much as possible of what a UAV knows.
-
-    :param tables: the tables
-    :param keys: of the sight
-    :return: index of the row; -1 if not even its loads were seen
-    """
+    """The row of those who knew as much as possible of what a UAV knows; -1 if not even its loads were seen."""
     for key in (keys.clock, keys.rows, keys.loads):
         row = find_row(tables, key)
         if row >= 0:
@@ -150,12 +138,9 @@ def find_finest(tables: Tables, keys: Keys) -> int:
 
 @njit
 def add_row(tables: Tables, key: int, parent: int) -> int:
-    """The row of a key, which is made if there is none and room for it.
+    """The row of a sight's key, made if there is none; -1 if there is no room for it.
 
-    :param tables: the tables; written
-    :param key: of a sight
     :param parent: the row of those who knew less
-    :return: index of the row; -1 if there is none
     """
     mask = len(tables.places) - 1
     place = key & mask
@@ -172,12 +157,8 @@ def add_row(tables: Tables, key: int, parent: int) -> int:
 
 
 @njit
-def settle(rules: Rules, tables: Tables) -> None:
-    """Work out all means anew, from those who knew nothing to those who knew most.
-
-    :param rules: the game's constants
-    :param tables: the tables; ``means`` are written
-    """
+def average(rules: Rules, tables: Tables) -> None:
+    """Work out all means anew, from those who knew nothing to those who knew most."""
     anyhow, cells, rows = tables.anyhow, tables.cells, tables.rows
     num_buckets, num_gbs = anyhow.counts.shape[1:]
     for b in range(num_gbs):
@@ -202,18 +183,14 @@ def settle(rules: Rules, tables: Tables) -> None:
 
 @njit
 def _draw(table: Means, row: int, k: int, b: int, share: float, loss_mbps: float) -> None:
-    """A mean, drawn towards that of those who knew less."""
+    """Work out a mean, drawn towards that of those who knew less."""
     flights = table.counts[row, k, b] + PRIOR_FLIGHTS
     table.means[row, k, b, 0] = (table.sums[row, k, b, 0] + PRIOR_FLIGHTS * share) / flights
     table.means[row, k, b, 1] = (table.sums[row, k, b, 1] + PRIOR_FLIGHTS * loss_mbps) / flights
 
 
 def fade(tables: Tables, kept: float) -> None:
-    """Let what was seen so far count for less.
-
-    :param tables: the tables; written
-    :param kept: the part that counts on
-    """
+    """Let what was seen so far count less: ``kept`` of what it did."""
     for table, used in ((tables.rows, int(tables.size[0])), (tables.cells, None), (tables.anyhow, None)):
         table.sums[:used] *= kept
         table.counts[:used] *= kept

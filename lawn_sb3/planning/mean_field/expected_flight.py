@@ -1,9 +1,9 @@
 """The best flight of one UAV against what it expects of the cells, instead of what the others are known to do.
 
-It is the recursion of ``flight.best_flight`` with two differences. The RB share that the UAV will get in a cell need
-not be a whole number: eq:rate is linear in the share, so the expected rate is that of the expected share. And
-nobody's position is known, so no collision can be avoided. Only the first move is of use, everything being planned
-anew in the next slot; the recursion keeps no others, and looks at no voxel outside the box that the flight can be in.
+It is the recursion of ``flight.best_flight`` with two differences. The RB share that the UAV expects in a cell need not
+be a whole number: Eq. (2), eq:rate, is linear in the share, so the expected rate is that of the expected share. And
+nobody's position is known, so no collision can be avoided. Only the first move is used, since everything is planned
+anew in the next slot; the recursion keeps no others, and skips voxels outside the box that the flight can be in.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.planning.flight import Flight, best_move, longest_flight, overlap
-from lawn_sb3.planning.mean_field_sight import bucket
+from lawn_sb3.planning.mean_field.sight import bucket
 
 Floats = NDArray[np.float64]
 
@@ -27,15 +27,10 @@ def expected_flight(
 ) -> Flight:
     """The best way of one UAV from where it is to its destination, within the deadline, by what it expects.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param uav: index of the UAV, which is flying
     :param outlook: by bucket of slots ahead and cell: the RB share that it would get there, and what that would cost
         the others in Mbps of their utilities [K, M, 2]; times beyond the last bucket count as the last
-    :param slack: slots beyond T_i^min that the whole flight may take
     :param peak_mbps: the highest rate anywhere
-    :param room: numbers to work with, two for each voxel of the airspace; written
+    :param room: two numbers for each voxel of the airspace, to work with; written
     :return: the flight
     """
     position, goal = voxel_of(state.position, game, uav), voxel_of(state.destination, game, uav)
@@ -78,7 +73,7 @@ def _value_slot(
     values: Floats,
     later: Floats,
 ) -> None:
-    """Best worth from slot s on of being in each voxel of the box in slot s; voxels are counted from its corner."""
+    """V_s of every voxel of the box; voxels are counted from its corner."""
     cell, rb_rate_mbps, actions, fly_through = rules.cell, rules.rb_rate_mbps, rules.actions, rules.fly_through
     values[:] = -np.inf
     reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
@@ -97,7 +92,7 @@ def _value_slot(
                     _, following = best_move(actions, size, fly_through, (x, y, z), goal, later)
                 voxel = low[0] + x, low[1] + y, low[2] + z
                 b = cell[voxel]
-                # eq:rate at the expected share
+                # the rate at the expected share
                 values[x, y, z] = weight * (ahead[b, 0] * rb_rate_mbps[voxel]) - ahead[b, 1] + following
 
 
