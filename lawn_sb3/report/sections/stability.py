@@ -9,10 +9,12 @@ from numpy.typing import NDArray
 
 from lawn_sb3.experiment.regret import EQUILIBRIUM_MBPS
 from lawn_sb3.report.cdf import distributions, panels_text
-from lawn_sb3.report.table import Table, interval_columns, interval_texts
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.table import Table, interval_columns, interval_texts, sample_text
 from lawn_sb3.results.results import Results, score_matrix
 from lawn_sb3.results.statistics import mean_interval
 
+HEADING = "How far from the optimum"
 GAIN_MBPS = 1.0
 """A gain worth deviating for."""
 SHOWN = 0.995
@@ -24,6 +26,23 @@ COLUMNS = {
 }
 """Column: its heading and its decimals."""
 LARGEST = "Largest regret (Mbps)"
+CAPTION = (
+    "How stable the outcome is. Regret of a UAV: the utility of its best response less the utility it had, never "
+    "below 0. The best response is exact, over all trajectories and all flight times up to T_max, against the "
+    "trajectories that the other UAVs of the episode flew: these stay as they were, although players who see the "
+    "cell loads might have reacted. It avoids collisions, so a UAV that collided may have had more; that counts as "
+    "regret 0. Nash gap: largest regret of an episode's UAVs, mean over episodes; largest regret: of all UAVs, "
+    "episodes and seeds. Equilibria: episodes without collisions in which no UAV could gain more than "
+    f"{EQUILIBRIUM_MBPS:g} Mbps. Means with 95 % bootstrap intervals over seeds; n: seeds × test episodes."
+)
+
+
+def section(results: Results) -> Section | None:
+    """Regrets, where they were worked out."""
+    if not len(results.regrets):
+        return None
+    figure = Picture(regret_cdf(results), cdf_caption(results))
+    return Section(HEADING, {"regret": regret(results), "regret_cdf": figure})
 
 
 def regrets_mbps(results: Results) -> pd.DataFrame:
@@ -74,24 +93,8 @@ def regret(results: Results) -> Table:
         shown[heading] = interval_texts(numbers, name, decimals)
         if name == "nash_gap_mbps":
             shown[LARGEST] = [f"{value:.1f}" for value in numbers["largest_mbps"]]
-    shown["n"] = [f"{seeds} × {results.recipe.evaluation.episodes}" for seeds in numbers["seeds"]]
-    return Table(numbers, shown, caption())
-
-
-def caption() -> str:
-    """What the table of regrets shows.
-
-    :return: one paragraph
-    """
-    return (
-        "How stable the outcome is. Regret of a UAV: the utility of its best response less the utility it had, never "
-        "below 0. The best response is exact, over all trajectories and all flight times up to T_max, against the "
-        "trajectories that the other UAVs of the episode flew: these stay as they were, although players who see the "
-        "cell loads might have reacted. It avoids collisions, so a UAV that collided may have had more; that counts as "
-        "regret 0. Nash gap: largest regret of an episode's UAVs, mean over episodes; largest regret: of all UAVs, "
-        "episodes and seeds. Equilibria: episodes without collisions in which no UAV could gain more than "
-        f"{EQUILIBRIUM_MBPS:g} Mbps. Means with 95 % bootstrap intervals over seeds; n: seeds × test episodes."
-    )
+    shown["n"] = [sample_text(seeds, results.recipe.evaluation.episodes) for seeds in numbers["seeds"]]
+    return Table(numbers, shown, CAPTION)
 
 
 def regret_cdf(results: Results) -> Figure:

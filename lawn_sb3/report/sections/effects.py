@@ -1,72 +1,31 @@
-"""What each part of a method is worth: ablations held against their defaults, and the report of such a recipe."""
+"""What each part of a method is worth: ablations held against their defaults."""
 
 from __future__ import annotations
 
-import pandas as pd
-
-from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
-from lawn_sb3.report.document import Report
-from lawn_sb3.report.sections import ablation_figure, ablation_learning, scaling
-from lawn_sb3.report.sections.claims import claims_table
-from lawn_sb3.report.sections.learning import THRESHOLD
-from lawn_sb3.report.table import Table, interval_columns
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.table import Table, interval_columns, sample_text, table_of
+from lawn_sb3.results.learning import THRESHOLD, median_crossing
 from lawn_sb3.results.pairing import EFFECTS, MARK, Pair, left_out, pair_up, significant
 from lawn_sb3.results.quantities import QUANTITIES
-from lawn_sb3.results.results import Results, read_results
+from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import UNKNOWN, Interval, mean_interval
 
+HEADING = "What each part is worth"
 CHANCE = 0.05
 """Share of the effects that would be marked if none were there."""
 IMPROVED = ("reward", "utility_mbps")
 """Quantities in which two seeds are rarely level on a test episode, so that they can be held against each other."""
 
-SECTIONS = {
-    "What each part is worth": ("effects", "effects_forest"),
-    "How fast they learn": ("learning_effects", "learning_curves"),
-    "Claims of the paper": ("claims",),
-    "Other numbers of UAVs": ("scaling_out", "scaling"),
-}
 SEARCHED = (
     "All settings were searched for the defaults and for none of their ablations, which a search of their own might "
     "improve; some change more than their name says, see runs/ablation.yaml."
 )
-CLAIMS_CAPTION = (
-    "Claims of the paper on parts of its method; all others are in the report of runs/paper.yaml. How each is "
-    "measured, what came out [95 % bootstrap interval over seeds], and the verdict that follows by the rule stated, "
-    f"which rests on Welch's t interval. {SEARCHED}"
-)
 
 
-def build_ablation(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Report, Results]:
-    """Work out all effects, and how the actors do among more or fewer UAVs.
-
-    :param recipe: a recipe whose methods name their baselines
-    :param cells: its cells
-    :param command: the command that makes this report again
-    :return: the report, and what it was made of
-    :raises UserError: if no run can be used
-    """
-    results = read_results(recipe, cells, ("curves", "scaling"))
-    if not results.methods:
-        raise UserError(f"no finished run to report on: {results.problems[0]}; run: lawn-sb3 reproduce first")
-    problems = [*results.problems, *left_out(results)]
-    report = Report(recipe, command, SECTIONS, problems)
-    if pair_up(results):
-        report.tables["effects"] = effects(results)
-        report.figures["effects_forest"] = ablation_figure.effects_figure(results), ablation_figure.CAPTION
-    if ablation_learning.has_curves(results):
-        report.tables["learning_effects"] = ablation_learning.learning_effects(results)
-        report.figures["learning_curves"] = ablation_learning.learning_curves(results), ablation_learning.CURVES_CAPTION
-    judged = judge_all([claim for claim in load_claims() if claim.needs == "ablation"], Evidence(results, cells))
-    if any(finding.verdict != "not testable" for _, finding in judged):
-        report.tables["claims"] = claims_table(judged, CLAIMS_CAPTION)
-    rows = results.scaling
-    if len(rows):
-        report.tables["scaling"] = scaling.scaling_table(rows, recipe)
-        report.figures["scaling_out"] = scaling.scaling_figure(rows, recipe), scaling.caption(rows, recipe)
-    return report, results
+def section(results: Results) -> Section:
+    """The effects, and the names of the ablations that have none."""
+    table = effects(results) if pair_up(results) else None
+    return Section(HEADING, {"effects": table}, problems=tuple(left_out(results)))
 
 
 def effects(results: Results) -> Table:
@@ -76,14 +35,10 @@ def effects(results: Results) -> Table:
     :return: a row for each default, with its own figures, and below it one for each of its ablations, from the
         best effect on J to the worst; numbers have ``NAME, NAME_low, NAME_high`` of every quantity
     """
-    numbers, shown = [], []
-    groups = pair_up(results)
+    groups, rows = pair_up(results), []
     for baseline, pairs in groups.items():
-        for row, cells in (_default_row(results, baseline), *(_effect_row(results, pair) for pair in pairs)):
-            numbers.append(row)
-            shown.append(cells)
-    caption = _caption([pair for pairs in groups.values() for pair in pairs])
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption)
+        rows += [_default_row(results, baseline), *(_effect_row(results, pair) for pair in pairs)]
+    return table_of(rows, _caption([pair for pairs in groups.values() for pair in pairs]))
 
 
 def _default_row(results: Results, key: str) -> tuple[dict[str, object], dict[str, str]]:
@@ -111,7 +66,7 @@ def _row(
 ) -> tuple[dict[str, object], dict[str, str]]:
     """A row for machines, and one for readers; one without a baseline is a default's."""
     label, episodes = results.recipe.methods[key].label, results.recipe.evaluation.episodes
-    crossing = ablation_learning.median_crossing(results, key, seeds)
+    crossing = median_crossing(results, key, seeds)
     row: dict[str, object] = {
         "method": label,
         "key": key,
@@ -130,7 +85,7 @@ def _row(
         if name in improved:
             cells[f"P(better {quantity.symbol})"] = improved[name].text(2) if baseline else "–"
     cells[f"Env steps to {THRESHOLD:.0f} %"] = crossing.text()
-    return row, {**cells, "n": f"{len(seeds)} × {episodes}"}
+    return row, {**cells, "n": sample_text(len(seeds), episodes)}
 
 
 def _caption(pairs: list[Pair]) -> str:

@@ -1,4 +1,4 @@
-"""Fig. 2 (training curves) and Fig. 3 (distribution of the utility)."""
+"""Fig. 2: how reward and success rise in training."""
 
 from __future__ import annotations
 
@@ -9,11 +9,14 @@ from matplotlib.lines import Line2D
 
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.paper.printed_values import TABLE_II
-from lawn_sb3.report.cdf import NOT_PLANNERS, distributions, panels_text
-from lawn_sb3.report.style import colours, use_house_style
+from lawn_sb3.report.cdf import NOT_PLANNERS
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.sections.ladder import has_ladder
+from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
 from lawn_sb3.results.curves import WINDOW, smoothed
 from lawn_sb3.results.results import Results
 
+HEADING = "Fig. 2: training"
 QUANTITIES = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
 LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
 """Ranges of the axes; rewards of the first rollouts can lie below."""
@@ -23,13 +26,27 @@ DASH = 4.0
 """Length of a dash, in line widths."""
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
-CONVERGENCE_CAPTION = (
+CAPTION = (
     f"Top: missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and short "
     "ones end often, so this row counts too few failures; it begins once the first mission can have failed. Bottom: "
     "greedy play on missions apart from the test's, not smoothed; it has no such bias. Bands: 95 % bootstrap interval "
     "of the mean over seeds. Dashed: players that do not learn, of the planners only one. Diamonds: the paper's values "
     "after training. Rewards below the axis are those of the first rollouts."
 )
+
+
+def section(results: Results) -> Section | None:
+    """Fig. 2 of a recipe whose learners have to find out how to arrive."""
+    return Section(HEADING, {"fig2_convergence": Picture(convergence(results), CAPTION)}) if shows(results) else None
+
+
+def shows(results: Results) -> bool:
+    """Whether there is anything to see: curves, and not of a ladder, whose in-time moves always arrive.
+
+    :param results: what the runs left
+    :return: false without such curves
+    """
+    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results)
 
 
 def convergence(results: Results) -> Figure:
@@ -54,8 +71,8 @@ def convergence(results: Results) -> Figure:
                 ax.set_ylim(*LIMITS[quantity])
             ax.set_title(f"({'ab'[column]}) {source_text}{smoothing}")
             ax.set_ylabel(quantity_text)
-            ax.set_xlabel("env steps (joint slots of one game)" if row == len(SOURCES) - 1 else "")
-            ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
+            ax.set_xlabel(ENV_STEPS if row == len(SOURCES) - 1 else "")
+            in_thousands(ax)
     handles = [
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
         for key, method in _drawn(results).items()
@@ -105,26 +122,3 @@ def _mark_paper(ax: Axes, results: Results, quantity: str, palette: dict[str, st
             value = getattr(TABLE_II[method.paper_row], quantity)
             edge = ax.get_yaxis_transform()
             ax.plot(1.0, value, "D", color=palette[key], markeredgecolor="0.2", transform=edge, clip_on=False, zorder=5)
-
-
-def utility_cdf(results: Results) -> Figure:
-    """Fig. 3: empirical distribution F(u) = Pr(U_i <= u) of every UAV's utility.
-
-    :param results: what the runs left
-    :return: the figure; a line is all seeds together, its band the range over seeds
-    """
-    xlabel, ylabel = "utility $U_i$ of a UAV (Mbps); 0 for a failed mission", "$F(u) = \\Pr(U_i \\leq u)$"
-    return distributions(results, results.episodes, "utility_mbps", xlabel, ylabel)
-
-
-def cdf_caption(results: Results) -> str:
-    """What Fig. 3 shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
-    return (
-        "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over "
-        f"seeds. {panels_text(results, results.episodes)}"
-        "The paper shows this figure without numbers that could be marked here."
-    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from lawn_sb3.report.sections.against_reference import against_reference
+from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 

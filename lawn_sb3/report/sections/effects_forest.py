@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,7 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from lawn_sb3.report.style import colours, use_house_style
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.sections.effects import HEADING
+from lawn_sb3.report.style import colours, error_bars, use_house_style
 from lawn_sb3.results.pairing import EFFECTS, Pair, pair_up, significant
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
@@ -32,6 +34,11 @@ CAPTION = (
 )
 
 
+def section(results: Results) -> Section | None:
+    """The effects at a glance."""
+    return Section(HEADING, {"effects_forest": Picture(effects_figure(results), CAPTION)}) if pair_up(results) else None
+
+
 class Span(NamedTuple):
     """What an axis shows."""
 
@@ -39,11 +46,7 @@ class Span(NamedTuple):
     high: float
 
     def holds(self, values: NDArray[np.float64]) -> bool:
-        """Whether all of these lie on the axis.
-
-        :param values: numbers
-        :return: true if none lies beyond
-        """
+        """Whether all of these lie on the axis."""
         return bool(values.min() >= self.low and values.max() <= self.high)
 
 
@@ -128,12 +131,8 @@ def _draw_effect(ax: Axes, pair: Pair, name: str, y: int, colour: str, span: Spa
     fill = colour if significant(effect) else "white"
     seeds = pair.differences(name)
     ax.plot(seeds, np.full(len(seeds), y + 0.27), "o", markersize=3, color=colour, alpha=0.4, markeredgewidth=0)
-    known = not np.isnan(effect.low)
-    spread = [[effect.value - effect.low], [effect.high - effect.value]] if known else None
-    ax.errorbar(
-        effect.value, y, xerr=spread, fmt="o", markersize=5, color=colour, markerfacecolor=fill, capsize=2.5,
-        linewidth=1.4, zorder=3,
-    )  # fmt: skip
+    look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "capsize": 2.5, "linewidth": 1.4, "zorder": 3}
+    ax.errorbar(effect.value, y, xerr=error_bars(effect), fmt="o", markersize=5, **look)
     if not span.holds(_extent(pair, name)):
         _write_at_edge(ax, effect.text(QUANTITIES[name].fine_decimals), y, left=effect.value < 0.0, colour=colour)
 

@@ -5,14 +5,22 @@ from __future__ import annotations
 import pandas as pd
 
 from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
-from lawn_sb3.report.sections.table_two import COLUMNS
-from lawn_sb3.report.table import Table
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.sections.training import HEADING, shows
+from lawn_sb3.report.table import Table, table_of
+from lawn_sb3.results.learning import THRESHOLD
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
-THRESHOLD = 95.0
-"""Success in percent whose crossing the paper reports."""
+HEADING_OF = {"missions": "training missions", "greedy": "greedy evaluation"}
 
-SOURCES = {"missions": "training missions", "greedy": "greedy evaluation"}
+
+def section(results: Results) -> Section | None:
+    """First crossing, and what is nearest to the paper."""
+    if not shows(results):
+        return None
+    tables = {"first_crossing": first_crossing(results), "nearest_to_paper": nearest_to_paper(results)}
+    return Section(HEADING, tables)
 
 
 def first_crossing(results: Results) -> Table:
@@ -21,35 +29,34 @@ def first_crossing(results: Results) -> Table:
     :param results: what the runs left
     :return: one row for each method that learns: env steps at the slowest seed, for training missions and greedy play
     """
-    numbers, shown = [], []
+    rows = []
     for key, method in results.methods.items():
         if method.algo is None or not len(results.curves):
             continue
         own = results.curves[results.curves["method"] == key]
         row: dict[str, object] = {"method": method.label, "key": key}
         cells = {"Method": method.label}
-        for source, heading in SOURCES.items():
+        for source, heading in HEADING_OF.items():
             column = f"{source}/success_percent"
             if column not in own or own[column].isna().all():
                 cells[heading] = "not measured"
                 continue
-            seeds = [rows.dropna(subset=[column]) for _, rows in own.groupby("seed")]
-            first = [rows.loc[rows[column] >= THRESHOLD, "time/env_steps"].min() for rows in seeds]
+            seeds = [curve.dropna(subset=[column]) for _, curve in own.groupby("seed")]
+            first = [curve.loc[curve[column] >= THRESHOLD, "time/env_steps"].min() for curve in seeds]
             reached = [value for value in first if pd.notna(value)]
             row |= {f"{source}_seeds": len(first), f"{source}_reached": len(reached)}
             cells[heading] = f"{len(reached)} of {len(first)} seeds"
             if len(reached) == len(first):
-                at_once = max(reached) <= max(rows["time/env_steps"].min() for rows in seeds)
+                at_once = max(reached) <= max(curve["time/env_steps"].min() for curve in seeds)
                 row[f"{source}_env_steps"] = max(reached)
                 cells[heading] = f"{'at most ' if at_once else ''}{max(reached):,.0f}"
-        numbers.append(row)
-        shown.append({**cells, "n": str(own["seed"].nunique())})
+        rows.append((row, {**cells, "n": str(own["seed"].nunique())}))
     caption = (
         f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; the "
         "paper: about 150 K. At most: that was the first figure there is. Training missions are not smoothed here and "
         "count too few failures early on, as those take longest to end. n: seeds."
     )
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption)
+    return table_of(rows, caption)
 
 
 def nearest_to_paper(results: Results) -> Table:
@@ -58,7 +65,7 @@ def nearest_to_paper(results: Results) -> Table:
     :param results: what the runs left
     :return: one row for each method that learns and has a row in the paper: env steps, and the figures there
     """
-    numbers, shown = [], []
+    rows = []
     for key, method in results.methods.items():
         if method.algo is None or method.paper_row is None or "greedy/success_percent" not in results.curves:
             continue
@@ -72,14 +79,12 @@ def nearest_to_paper(results: Results) -> Table:
         row: dict[str, object] = {"method": method.label, "key": key, "env_steps": curve.index[at]}
         cells = {"Method": method.label, "env steps": f"{curve.index[at]:,.0f}"}
         for name, paper in printed.items():
-            heading, decimals = COLUMNS[name]
-            value = float(curve.iloc[at][f"greedy/{name}"])
+            quantity, value = QUANTITIES[name], float(curve.iloc[at][f"greedy/{name}"])
             row |= {name: value, f"{name}_paper": paper}
-            cells[heading] = f"{value:.{decimals}f} ({paper:.{decimals}f})"
-        numbers.append(row)
-        shown.append({**cells, "n": str(own["seed"].nunique())})
+            cells[quantity.heading] = f"{value:.{quantity.decimals}f} ({paper:.{quantity.decimals}f})"
+        rows.append((row, {**cells, "n": str(own["seed"].nunique())}))
     caption = (
         "Where on its learning curve each learner comes nearest to its success in the paper: greedy evaluation during "
         "training, mean over seeds; in parentheses the paper's final values. n: seeds."
     )
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption)
+    return table_of(rows, caption)

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pandas as pd
 
-from lawn_sb3.report.sections.table_two import size
-from lawn_sb3.report.table import Table
+from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.results.pairing import significant
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import welch_difference
 
-QUANTITIES = {"reward": ("Δ J̄", 3, 1.0), "utility_mbps": ("Δ U (Mbps)", 2, 1.0), "arrived": ("Δ Success", 2, 100.0)}
-"""Column of the raw rows: heading, decimals, and the factor that takes it to the figure."""
+COMPARED = ("reward", "utility_mbps", "success_percent")
 
 
 def against_reference(results: Results, reference: Results) -> Table:
@@ -21,38 +20,36 @@ def against_reference(results: Results, reference: Results) -> Table:
     :param reference: the reference
     :return: one row for each method that both have, with the differences of the new run and a verdict
     """
-    numbers, shown = [], []
-    common = [key for key in results.methods if key in reference.methods]
+    common = {key: method for key, method in results.methods.items() if key in reference.methods}
     # So that all intervals together hold their true differences with 95 %, as Bonferroni has it.
-    confidence = 1.0 - 0.05 / max(1, len(common) * len(QUANTITIES))
-    for key, method in results.methods.items():
-        if key not in common:
-            continue
+    confidence = 1.0 - 0.05 / max(1, len(common) * len(COMPARED))
+    rows = []
+    for key, method in common.items():
         equal = _rows(results, key).equals(_rows(reference, key))
         row: dict[str, object] = {"method": method.label, "key": key, "equal": equal}
         cells = {"Method": method.label}
-        apart, unknown = [], False
-        for name, (heading, decimals, factor) in QUANTITIES.items():
-            own, others = (factor * every.scores(key, name).mean(axis=1) for every in (results, reference))
+        apart, known = [], True
+        for name in COMPARED:
+            quantity = QUANTITIES[name]
+            own, others = (every.scores(key, name).mean(axis=1) for every in (results, reference))
             found = welch_difference(own, others, confidence=confidence)
-            unknown = unknown or bool(np.isnan(found.low))
-            row |= dict(zip((name, f"{name}_low", f"{name}_high"), found, strict=True))
-            cells[heading] = found.text(decimals)
-            if found.low > 0.0 or found.high < 0.0:
-                apart.append(heading.split()[1])
+            known = known and found.is_known
+            row |= interval_columns({name: found})
+            cells[quantity.difference_heading] = found.text(quantity.fine_decimals)
+            if significant(found):
+                apart.append(quantity.symbol)
         row["differs_in"] = ", ".join(apart)
         verdict = "equal to the last digit" if equal else f"differs in {', '.join(apart)}" if apart else "agrees"
-        if unknown and not equal:
+        if not known and not equal:
             verdict = "cannot be told from one seed"
-        numbers.append(row)
-        shown.append({**cells, "Against the reference": verdict, "n": size(results, key)})
+        rows.append((row, {**cells, "Against the reference": verdict, "n": sample_of(results, key)}))
     caption = (
         "This run minus the reference results, on the same missions [Welch's t interval over the seeds of both, "
         "widened so that all of them together hold with 95 %]. Agrees: every interval holds 0. Other processors round "
         "differently, which leads trainings apart, so equal digits can be expected on like machines alone. "
         "n: seeds × test episodes."
     )
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption)
+    return table_of(rows, caption)
 
 
 def _rows(results: Results, key: str) -> pd.DataFrame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lawn_sb3.paper.claims import Claim, Finding, Judged, Verdict
-from lawn_sb3.report.sections.claims import CAPTION, claims_headlines, claims_summary, claims_table, tally
+from lawn_sb3.report.sections.verdicts import CAPTION, claims_headlines, claims_summary, claims_table, tally
 
 
 def judged(verdict: Verdict, figure: str = "1 of 2") -> Judged:
@@ -49,14 +49,6 @@ def test_the_table_is_written_for_forges_and_papers() -> None:
     table = claims_table([judged("partly", "R̂ 40.2 ± 0.8, T_min & more")])
     assert "| flat    | It is flat. (V-B) | partly" in table.as_markdown()
     assert "$\\hat{R}$ 40.2 $\\pm$ 0.8" in table.as_latex()
-
-
-def test_the_summary_lists_claims_by_verdict() -> None:
-    shown = claims_summary([judged("not testable"), judged("partly"), judged("partly")]).shown
-    assert shown.to_dict("records") == [
-        {"Verdict": "partly", "Claims": "2", "Which": "flat, flat"},
-        {"Verdict": "not testable", "Claims": "1", "Which": "flat"},
-    ]
 
 
 def test_headlines_are_the_claims_marked_so_reproduced_ones_first() -> None:

@@ -9,8 +9,9 @@ import pytest
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import cells, load_recipe
-from lawn_sb3.report.document import write_report
-from lawn_sb3.report.sections.sensitivity import build_sensitivity, ranking
+from lawn_sb3.report.contents import build_report
+from lawn_sb3.report.document import Report, write_report
+from lawn_sb3.report.sections.ranking import ranking
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 
@@ -47,6 +48,12 @@ def test_a_pair_that_seeds_do_not_tell_apart_has_not_changed_places() -> None:
     assert moved(game((3.0, 3.2), (2.0, 2.1)), game((3.0, 3.1), (2.0, 2.1))) == "none"
 
 
+def report_of(path: Path, runs: Path | None = None) -> Report:
+    """The report of a recipe's runs, by default those beside it."""
+    recipe = load_recipe(path)
+    return build_report(recipe, cells(recipe, runs or path.with_suffix("")), "lawn-sb3 report varied.yaml")
+
+
 @pytest.fixture
 def varied(tmp_path: Path) -> Path:
     """A recipe with two games that needs no training, run."""
@@ -63,8 +70,7 @@ def varied(tmp_path: Path) -> Path:
 
 
 def test_a_recipe_with_changed_games_has_a_report_of_its_own(varied: Path) -> None:
-    runs = varied.with_suffix("")
-    report = build_sensitivity(load_recipe(varied), runs, "lawn-sb3 report varied.yaml")
+    runs, report = varied.with_suffix(""), report_of(varied)
     numbers = report.tables["ranking_utility_mbps"].numbers.set_index(["game", "method"])["value"]
     assert numbers["loud", "straight"] > numbers["as-is", "straight"]  # ten times the power
     write_report(report, runs / "report")
@@ -76,13 +82,13 @@ def test_a_recipe_with_changed_games_has_a_report_of_its_own(varied: Path) -> No
 def test_a_missing_run_is_named_with_its_game(varied: Path) -> None:
     runs = varied.with_suffix("")
     (runs / "loud" / "random" / "seed-1" / "finished").unlink()
-    report = build_sensitivity(load_recipe(varied), runs, "command")
+    report = report_of(varied)
     assert report.problems == ["loud random seed 1: not finished, or made with another configuration"]
 
 
 def test_without_any_run_there_is_no_report(varied: Path, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no finished run"):
-        build_sensitivity(load_recipe(varied), tmp_path / "nowhere", "command")
+        report_of(varied, tmp_path / "nowhere")
 
 
 def test_without_the_game_as_it_is_there_is_nothing_to_compare_with(varied: Path) -> None:
@@ -90,4 +96,4 @@ def test_without_the_game_as_it_is_there_is_nothing_to_compare_with(varied: Path
     for marker in (runs / "as-is").rglob("finished"):
         marker.unlink()
     with pytest.raises(UserError, match="no finished run of 'as-is'"):
-        build_sensitivity(load_recipe(varied), runs, "command")
+        report_of(varied)

@@ -7,11 +7,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
-from lawn_sb3.report.sections.table_two import size
-from lawn_sb3.report.table import Table, interval_columns, interval_texts
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.table import Table, interval_columns, interval_texts, sample_of
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import mean_interval
 
+HEADING = "Who got the low utilities"
 COLUMNS = {
     "jain": ("Jain index", 3),
     "gini": ("Gini", 3),
@@ -21,6 +22,12 @@ COLUMNS = {
     "nobody_percent": ("Nobody arrives (%)", 1),
 }
 """Column: its heading and decimals."""
+
+
+def section(results: Results) -> Section | None:
+    """Fairness of all methods whose UAVs meet."""
+    joint = results.without_bound()
+    return Section(HEADING, {"fairness": fairness(joint)}) if joint.methods else None
 
 
 def fairness(results: Results) -> Table:
@@ -37,7 +44,7 @@ def fairness(results: Results) -> Table:
     shown = pd.DataFrame({"Method": numbers["method"]})
     for name, (heading, decimals) in COLUMNS.items():
         shown[heading] = interval_texts(numbers, name, decimals)
-    shown["n"] = [size(results, key) for key in results.methods]
+    shown["n"] = [sample_of(results, key) for key in results.methods]
     return Table(numbers, shown, caption(results))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from lawn_sb3.report.sections.learning import first_crossing, nearest_to_paper
+from lawn_sb3.report.sections.milestones import first_crossing, nearest_to_paper
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 

@@ -1,15 +1,14 @@
-"""Scaling out: means over seeds by number of UAVs; a file that is not whole, or of other flights, is named."""
+"""Scaling out: means over seeds by number of UAVs, and where actors were trained."""
 
 from __future__ import annotations
 
 import numpy as np
 import pandas as pd
 
-from lawn_sb3.experiment.recipe import Scaling
-from lawn_sb3.report.sections.scaling import scaling_figure, scaling_table
+from lawn_sb3.report.section import Picture
+from lawn_sb3.report.sections.scaling_out import means_of, scaling_table, section
+from lawn_sb3.results.results import Results
 from tests.handmade import learner, recipe_with
-
-FLOWN = Scaling(num_uavs=(1, 3), episodes=2, methods=("random",))
 
 
 def rows_of(method: str, seed: int, utility_mbps: list[float], num_uavs: tuple[int, ...] = (1, 4)) -> pd.DataFrame:
@@ -32,9 +31,14 @@ ROWS = pd.concat(
 )
 
 
+def results_with(rows: pd.DataFrame) -> Results:
+    """Results that hold these flights."""
+    return Results(HANDMADE, scaling=rows)
+
+
 def test_the_table_by_hand() -> None:
     # Seeds with 40 and 50: mean 45, resampled between 40 and 50.
-    table = scaling_table(ROWS, HANDMADE)
+    table = scaling_table(results_with(ROWS), means_of(ROWS))
     shown = table.shown[table.shown["Quantity"] == "U (Mbps)"].set_index("Method")
     assert shown.loc["MAPPO"].tolist() == ["U (Mbps)", "45.00 [40.00, 50.00]", "15.00 [10.00, 20.00]", "2 × 7"]
     assert shown.loc["MAPPO: Blind", "N = 1"] == "30.00 [30.00, 30.00]"  # an ablation says of what
@@ -44,12 +48,17 @@ def test_the_table_by_hand() -> None:
 
 
 def test_the_order_of_runs_does_not_matter() -> None:
-    forward, backward = (scaling_table(rows, HANDMADE) for rows in (ROWS, ROWS[::-1].reset_index(drop=True)))
+    orders = (ROWS, ROWS[::-1].reset_index(drop=True))
+    forward, backward = (scaling_table(results_with(rows), means_of(rows)) for rows in orders)
     pd.testing.assert_frame_equal(forward.numbers, backward.numbers)
 
 
 def test_the_figure_shows_the_means_and_where_actors_were_trained() -> None:
-    figure = scaling_figure(ROWS, HANDMADE)
+    made = section(results_with(ROWS))
+    assert made is not None
+    picture = made.shown["scaling_out"]
+    assert isinstance(picture, Picture)
+    figure = picture.figure
     assert len(figure.axes) == 3
     utility = figure.axes[0]
     mappo, blind, trained = utility.lines

@@ -1,10 +1,10 @@
-"""Fig. 2 and Fig. 3: what they draw of players that do not learn."""
+"""Fig. 2: what it draws of players that do not learn, and whose curves have nothing to show."""
 
 from __future__ import annotations
 
 from matplotlib.axes import Axes
 
-from lawn_sb3.report.sections.figures import cdf_caption, convergence
+from lawn_sb3.report.sections.training import convergence, section
 from lawn_sb3.report.style import KNOWN
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
@@ -32,6 +32,5 @@ def test_of_the_planners_fig_2_draws_one_so_that_no_lines_lie_on_top_of_each_oth
     assert labels == ["Random", "Shortest-path", "Welfare", "paper, after training"]
 
 
-def test_the_caption_of_fig_3_names_the_panel_of_the_planners_where_there_is_one() -> None:
-    assert "(b): planners, with Shortest-path once more." in cdf_caption(results_with(*PLAYERS))
-    assert "(b)" not in cdf_caption(results_with("random", "shortest-path"))
+def test_without_curves_there_is_no_fig_2() -> None:
+    assert section(results_with(*PLAYERS)) is None
