@@ -22,15 +22,15 @@ from lawn_sb3.cli.console import (
 )
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ablation import with_policy
-from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
+from lawn_sb3.experiment.after_training import add_regrets, add_scaling
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.regret_files import add_regrets
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
-from lawn_sb3.experiment.scaling import scale_out
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.train import try_method
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
-from lawn_sb3.experiment.weights import WEIGHTS_FILE
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.page import build_report
 from lawn_sb3.report.sections.ablation import build_ablation
@@ -48,7 +48,7 @@ def reproduce(
 ) -> None:
     """Run what a recipe lacks, write its report, and compare with the reference results.
 
-    Finished runs are kept, cut ones are resumed, those made with other settings are made anew.
+    Finished runs are kept, interrupted ones are resumed, those made with other settings are made anew.
     """
     recipe = load_recipe(recipe_path)
     runs = recipe_path.parent / recipe.name
@@ -58,7 +58,7 @@ def reproduce(
         try:
             run_cells(todo, jobs, messages)
             if recipe.scaling is not None:
-                scale_out(todo, recipe.scaling, messages)
+                add_scaling(todo, recipe.scaling, messages)
             if recipe.regret:
                 add_regrets(todo, messages)
         except FailedRunsError:
@@ -193,7 +193,7 @@ def _compare(results: Results, folder: Path, target: Path) -> None:
     if not folder.is_dir():
         say("no reference results to compare with")
         return
-    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder), besides=()))
+    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder), tables=()))
     if not len(table.shown):
         say(f"the reference results in {folder} are of other methods or settings: nothing to compare with")
         return

@@ -10,10 +10,10 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.style import save
 from lawn_sb3.report.table import Table
+from lawn_sb3.whole_files import write_text
 
 
 @dataclass

@@ -37,7 +37,7 @@ QUANTITIES = {
     "utility_mbps": Quantity("U", " Mbps", " Mbps", 2, "mean utility $U_i$ (Mbps)", True),
     "collisions": Quantity("collisions", "", "", 3, "collisions a UAV", False),
 }
-"""The figures, as :func:`lawn_sb3.experiment.evaluation.summarize` names them."""
+"""The figures, as :func:`lawn_sb3.experiment.measures.summarize` names them."""
 
 
 @dataclass(frozen=True)

@@ -47,11 +47,10 @@ def build_ablation(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Rep
     :return: the report, and what it was made of
     :raises UserError: if no run can be used
     """
-    results = read_results(recipe, cells, ("curves",))
+    results = read_results(recipe, cells, ("curves", "scaling"))
     if not results.methods:
         raise UserError(f"no finished run to report on: {results.problems[0]}; run: lawn-sb3 reproduce first")
     problems = [*results.problems, *left_out(results)]
-    rows = scaling.read_scaling(recipe, cells, problems)
     report = Report(recipe, command, SECTIONS, problems)
     if pair_up(results):
         report.tables["effects"] = effects(results)
@@ -62,6 +61,7 @@ def build_ablation(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Rep
     judged = judge_all([claim for claim in load_claims() if claim.needs == "ablation"], Evidence(results, cells))
     if any(finding.verdict != "not testable" for _, finding in judged):
         report.tables["claims"] = claims_table(judged, CLAIMS_CAPTION)
+    rows = results.scaling
     if len(rows):
         report.tables["scaling"] = scaling.scaling_table(rows, recipe)
         report.figures["scaling_out"] = scaling.scaling_figure(rows, recipe), scaling.caption(rows, recipe)

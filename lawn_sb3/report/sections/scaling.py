@@ -11,12 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import SCALING_FILE, is_finished
-from lawn_sb3.experiment.recipe import Cell, Recipe, Scaling
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.style import colours, legend_below, use_house_style
 from lawn_sb3.report.table import Table, interval_columns
-from lawn_sb3.results.csv_file import Allowed, read_table
 from lawn_sb3.results.statistics import Interval, mean_interval
 
 MARKERS = "osD^vPX*"
@@ -24,8 +21,6 @@ MARKERS = "osD^vPX*"
 LineStyle = Literal["-", "--", "-.", ":"]
 STYLES: tuple[LineStyle, ...] = ("-", "-.", ":")
 """Of learners; players that do not learn are dashed, as in Fig. 2."""
-TOLERANCE = 1e-6
-"""Files keep nine digits."""
 
 
 class Scaled(NamedTuple):
@@ -46,74 +41,10 @@ FIGURES = ("reward", "rate_mbps", "makespan_slots", "completion_slots", *QUANTIT
 """All columns with means."""
 
 
-def read_scaling(recipe: Recipe, cells: list[Cell], problems: list[str]) -> pd.DataFrame:
-    """Read what finished runs left of their flights with other numbers of UAVs.
-
-    :param recipe: the recipe; one without ``scaling`` gives no rows
-    :param cells: its cells; those without a finished run are passed over, as reading their evaluation names them
-    :param problems: gets a line for each file that is missing, damaged, or of other flights
-    :return: one row for each run and number of UAVs: ``method, seed`` and the columns of ``scaling.csv``
-    """
-    parts = []
-    for cell in cells if recipe.scaling else []:
-        assert recipe.scaling is not None
-        if cell.key not in recipe.scaling.methods or not is_finished(cell):
-            continue
-        try:
-            rows = _read_file(cell, recipe.scaling)
-        except UserError as error:
-            problems.append(f"{cell.title}: {error}")
-            continue
-        rows.insert(0, "seed", cell.seed)
-        rows.insert(0, "method", cell.key)
-        parts.append(rows)
-    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
-
-
-def _read_file(cell: Cell, scaling: Scaling) -> pd.DataFrame:
-    """The rows of one file.
-
-    :raises UserError: if it is not whole, or of other flights
-    """
-    slots = Allowed(1, cell.scenario.max_slots)
-    columns = {
-        "num_uavs": Allowed(1, whole=True),
-        "episodes": Allowed(1, whole=True),
-        **dict.fromkeys(FIGURES, Allowed()),
-        "rate_mbps": Allowed(0),
-        "makespan_slots": slots,
-        "completion_slots": slots,
-        "success_percent": Allowed(0, 100),
-        "utility_mbps": Allowed(0),
-        "welfare_mbps": Allowed(0),
-        "collisions": Allowed(0, cell.scenario.max_slots),
-    }
-    rows = read_table(cell.directory / SCALING_FILE, columns, len(scaling.num_uavs), ["num_uavs"])
-    flown = rows["num_uavs"].tolist()
-    if sorted(flown) != sorted(scaling.num_uavs):
-        raise UserError(f"{SCALING_FILE} is of {_listed(flown)} UAVs: must be {_listed(scaling.num_uavs)}")
-    episodes = sorted(set(rows["episodes"]))
-    if episodes != [scaling.episodes]:
-        raise UserError(f"{SCALING_FILE} is of {_listed(episodes)} episodes: must be {scaling.episodes}")
-    welfare = rows["utility_mbps"] * rows["num_uavs"]
-    wrong = (np.abs(rows["welfare_mbps"] - welfare) > TOLERANCE * (1.0 + welfare)).to_numpy()
-    if wrong.any():
-        at = int(wrong.argmax())
-        raise UserError(
-            f"{SCALING_FILE} line {at + 2}: welfare_mbps = {rows['welfare_mbps'].iloc[at]:g}: must be num_uavs times "
-            f"utility_mbps, {welfare.iloc[at]:g}"
-        )
-    return rows.sort_values("num_uavs", ignore_index=True)
-
-
-def _listed(numbers: list[int] | tuple[int, ...]) -> str:
-    return ", ".join(map(str, numbers))
-
-
 def scaling_table(rows: pd.DataFrame, recipe: Recipe) -> Table:
     """Utility, success and collisions of every method by number of UAVs.
 
-    :param rows: what :func:`read_scaling` returned
+    :param rows: ``scaling`` of the results
     :param recipe: the recipe
     :return: one row for each quantity and method, a column for each number of UAVs; numbers have one row for each
         method and number of UAVs, with all figures
@@ -148,7 +79,7 @@ def scaling_table(rows: pd.DataFrame, recipe: Recipe) -> Table:
 def scaling_figure(rows: pd.DataFrame, recipe: Recipe) -> Figure:
     """Utility, success and collisions against the number of UAVs.
 
-    :param rows: what :func:`read_scaling` returned
+    :param rows: ``scaling`` of the results
     :param recipe: the recipe
     :return: the figure: a line a method, with a band for its interval over seeds
     """
@@ -183,7 +114,7 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
 def caption(rows: pd.DataFrame, recipe: Recipe) -> str:
     """What the figure of scaling out shows.
 
-    :param rows: what :func:`read_scaling` returned
+    :param rows: ``scaling`` of the results
     :param recipe: the recipe
     :return: one paragraph
     """
