@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from stable_baselines3.common.utils import LinearSchedule
 
 import lawn_sb3
+from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.envs.training_env import Credit
-from lawn_sb3.errors import UserError, explain, unknown_name
+from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.policies import find_policy, policy_digest
 from lawn_sb3.experiment.registry import (
     ALGORITHMS,
@@ -25,7 +26,7 @@ from lawn_sb3.experiment.registry import (
 )
 from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation, check_fewest
-from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
+from lawn_sb3.scenario import Scenario, load_scenario
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
 SHARED = "shared network"
@@ -299,10 +300,7 @@ def parse_method(values: dict[str, Any]) -> Method:
     :return: the method
     :raises UserError: one line naming what is wrong and what is allowed
     """
-    try:
-        method = Method.model_validate(values)
-    except ValidationError as error:
-        raise explain(error, Method, "method") from None
+    method = validated(Method, values, "method")
     _check_policy_fits(method)
     return method
 
@@ -319,11 +317,7 @@ def load_recipe(path: Path) -> Recipe:
     :return: the recipe
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
-    values = {"name": path.stem, **read_yaml_mapping(path, "recipe")}
-    try:
-        recipe = Recipe.model_validate(values)
-    except ValidationError as error:
-        raise explain(error, Recipe, str(path)) from None
+    recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
     for variant in recipe.split().values():
         game = variant.game()
         for key, method in recipe.methods.items():

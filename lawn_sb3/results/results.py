@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -25,8 +26,8 @@ from lawn_sb3.experiment.run_directory.reading import (
     read_slots,
 )
 
-TABLES = ("slots", "paths", "curves", "sampled", "regrets")
-"""Tables of :class:`Results` beside the evaluations that a report reads; that of ablations has ``scaling`` instead."""
+TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling")
+"""Tables of :class:`Results` beside the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
 
@@ -44,6 +45,7 @@ class Results:
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
     :param scaling: rows of all ``scaling.csv``
+    :param cells: the cells whose runs were read
     """
 
     recipe: Recipe
@@ -55,6 +57,7 @@ class Results:
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
     scaling: pd.DataFrame = field(default_factory=pd.DataFrame)
+    cells: Sequence[Cell] = ()
 
     @property
     def methods(self) -> dict[str, Method]:
@@ -116,7 +119,7 @@ class Results:
         """The values of one column of the evaluations, ready for statistics.
 
         :param method: its key in the recipe
-        :param name: the column, such as ``reward``
+        :param name: the column, such as ``reward``; ``success_percent`` is made of ``arrived``
         :param per: ``episode`` averages over the UAVs of an episode
         :return: values [S, E], or [S, E, N] per UAV: seeds, episodes and UAVs in ascending order
         :raises UserError: if the method has no results, or there is no such column
@@ -138,6 +141,8 @@ def score_matrix(
     """
     if not len(rows) or method not in set(rows["method"]):
         raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    if name == "success_percent":
+        return 100.0 * score_matrix(rows, method, "arrived", per)
     if name not in rows:
         raise unknown_name("column", name, rows.columns)
     own = rows[rows["method"] == method].sort_values(["seed", "episode", "uav"])
@@ -154,7 +159,7 @@ def read_results(recipe: Recipe, cells: Sequence[Cell], tables: Collection[str] 
     :param tables: the tables to read beside ``episodes``
     :return: what could be read, and what could not
     """
-    results = Results(recipe)
+    results = Results(recipe, cells=cells)
     parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *tables)}
     for cell in cells:
         if not (cell.directory / CONFIG_FILE).exists():
@@ -192,7 +197,7 @@ def _read_run(recipe: Recipe, cell: Cell, tables: Collection[str], problems: lis
     if recipe.regret and cell.method.player != BOUND:
         readers["regrets"] = lambda: read_regrets(cell, evaluation)
     if scaling is not None and cell.key in scaling.methods:
-        readers["scaling"] = lambda: read_scaling(cell, scaling)
+        readers["scaling"] = partial(read_scaling, cell, scaling)
     found = {"episodes": evaluation}
     for table, read in readers.items():
         if table in tables:

@@ -54,6 +54,9 @@ class Interval(NamedTuple):
         return value if np.isnan([self.low, self.high]).any() else f"{value} [{low}, {high}]"
 
 
+UNKNOWN = Interval(float("nan"), float("nan"), float("nan"))
+
+
 def mean_interval(by_seed: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
     """Mean over seeds.
 

@@ -122,6 +122,6 @@ def scaling_columns(game: Scenario) -> Columns:
 
 def _episode_and_uav(game: Scenario, episodes: int) -> Columns:
     return {
-        "episode": whole("test episode, from 0", "", 0, episodes - 1),
+        "episode": whole("test episode, from 0", "", 0, max(episodes - 1, 0)),
         "uav": whole("UAV of the episode, from 0", "", 0, game.num_uavs - 1),
     }

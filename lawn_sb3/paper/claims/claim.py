@@ -147,7 +147,7 @@ class Evidence:
         """A figure of every seed and test episode.
 
         :param role: the part
-        :param name: column of the raw rows
+        :param name: a quantity, or another column of the raw rows
         :return: means over the UAVs of an episode [S, E]
         """
         return self.results.scores(self.key(role), name)

@@ -3,36 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding, Verdict
 from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.statistics import Interval, welch_difference
-
-
-class Quantity(NamedTuple):
-    """A figure of Table II, or one like it."""
-
-    symbol: str
-    unit: str
-    """Unit of a difference, with a space in front."""
-    decimals: int
-    column: str
-    """Column of the raw rows."""
-    factor: float = 1.0
-    """Takes raw rows to the figure."""
-
-
-QUANTITIES = {
-    "reward": Quantity("J̄", "", 3, "reward"),
-    "rate_mbps": Quantity("R̂", " Mbps", 2, "rate_mbps"),
-    "makespan_slots": Quantity("T̄", " slots", 2, "makespan_slots"),
-    "success_percent": Quantity("success", " points", 2, "arrived", 100.0),
-    "utility_mbps": Quantity("mean U", " Mbps", 2, "utility_mbps"),
-}
 
 TINY = 1e-9
 """Files keep nine digits: a smaller difference is none."""
@@ -100,16 +78,10 @@ def known(interval: Interval) -> Interval:
     return interval
 
 
-def scores(evidence: Evidence, role: str, quantity: str) -> NDArray[np.float64]:
-    """A figure of every seed and test episode.
-
-    :param evidence: what the runs left
-    :param role: the part
-    :param quantity: a key of ``QUANTITIES``
-    :return: means over the UAVs of an episode [S, E]
-    """
+def in_words(quantity: str) -> tuple[str, str, int]:
+    """What sentences call a quantity, the unit of its differences with a space in front, and their digits."""
     chosen = QUANTITIES[quantity]
-    return evidence.scores(role, chosen.column) * chosen.factor
+    return chosen.words, chosen.difference_unit, chosen.fine_decimals
 
 
 def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Interval:
@@ -122,7 +94,7 @@ def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Inte
     :return: the mean difference and Welch's interval over seeds
     :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
     """
-    own, others = (scores(evidence, part, quantity) for part in (role, other))
+    own, others = (evidence.scores(part, quantity) for part in (role, other))
     if own.shape[1] != others.shape[1]:
         raise CannotTellError(f"needs {evidence.label(role)} and {evidence.label(other)} on the same missions")
     return seed_difference(own.mean(axis=1), others.mean(axis=1))
@@ -170,7 +142,7 @@ def better_than(
     :param sizeable: leads below a tenth of the paper's make it partly
     :return: the finding
     """
-    symbol, unit, decimals, *_ = QUANTITIES[quantity]
+    symbol, unit, decimals = in_words(quantity)
     sign = -1.0 if lower else 1.0
     figures, best, small, notes = [], [], [], []
     for role in of:
@@ -218,7 +190,7 @@ def comparable(evidence: Evidence, quantity: str, of: list[str], to: str) -> Fin
     :param to: the other part
     :return: the finding
     """
-    symbol, unit, decimals, *_ = QUANTITIES[quantity]
+    symbol, unit, decimals = in_words(quantity)
     figures, within = [], []
     margin = 0.0
     for role in of:
@@ -247,7 +219,7 @@ def suffices(evidence: Evidence, quantity: str, of: str, without: str, told: str
     :param told: the same, told more
     :return: the finding; partly if it is of use, but more is of more use
     """
-    symbol, unit, decimals, *_ = QUANTITIES[quantity]
+    symbol, unit, decimals = in_words(quantity)
     use, more = difference(evidence, quantity, of, without), difference(evidence, quantity, told, of)
     held = [is_positive(use.low), not is_positive(more.low)]
     figure = (

@@ -11,7 +11,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import ModelPlayer, load_player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
-from lawn_sb3.paper.claims.comparisons import combine, scores
+from lawn_sb3.paper.claims.comparisons import combine
 from lawn_sb3.paper.claims.table_rows import FAR
 from lawn_sb3.paper.printed_values import TABLE_II, TEST_EPISODES
 from lawn_sb3.planning import ShortestPathPlayer
@@ -148,6 +148,6 @@ def _own_rate(evidence: Evidence, role: str, at_least_mbps: float) -> str:
     """End of a sentence: whether our own runs of a method show the rate that another explains."""
     if role not in evidence.roles:
         return "."
-    rate, success = (float(scores(evidence, role, name).mean()) for name in ("rate_mbps", "success_percent"))
+    rate, success = (float(evidence.scores(role, name).mean()) for name in ("rate_mbps", "success_percent"))
     shown = "shows the rate" if rate >= at_least_mbps else "does not show it"
     return f"; our own {evidence.label(role)} {shown}: R̂ {rate:.1f} Mbps, success {success:.1f} %."

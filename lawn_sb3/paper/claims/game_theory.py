@@ -11,13 +11,12 @@ from lawn_sb3.experiment.evaluation import evaluation_games
 from lawn_sb3.game.fairness import gini
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding, Verdict
 from lawn_sb3.paper.claims.comparisons import (
-    QUANTITIES,
     TINY,
     combine,
     difference,
+    in_words,
     is_positive,
     join,
-    scores,
     seed_difference,
 )
 from lawn_sb3.paper.claims.distributions import UTILITY
@@ -32,8 +31,8 @@ def maximises_welfare(evidence: Evidence, of: list[str], planner: str) -> Findin
     :param planner: the planner's part; what it earns is no more than a lower bound of the largest welfare
     :return: the finding
     """
-    symbol, unit, decimals, *_ = QUANTITIES["utility_mbps"]
-    reached = scores(evidence, planner, "utility_mbps").mean()
+    symbol, unit, decimals = in_words("utility_mbps")
+    reached = evidence.scores(planner, "utility_mbps").mean()
     figures, less = [f"{evidence.label(planner)}: {symbol} {reached:.{decimals}f}{unit}"], []
     for role in of:
         found = difference(evidence, "utility_mbps", role, planner)

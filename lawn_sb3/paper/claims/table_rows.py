@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
-from lawn_sb3.paper.claims.comparisons import QUANTITIES, combine, counted, join, known, scores, sentence
+from lawn_sb3.paper.claims.comparisons import combine, counted, in_words, join, known, sentence
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II, TEST_EPISODES, PaperRow
 from lawn_sb3.results.statistics import mean_interval
 
@@ -32,9 +32,9 @@ def agrees_with_row(evidence: Evidence, role: str) -> Finding:
         raise CannotTellError(f"needs a row of {evidence.label(role)} in the paper's Table II")
     figures, agree, far = [], [], []
     for quantity in PaperRow._fields:
-        symbol = QUANTITIES[quantity].symbol
+        symbol = in_words(quantity)[0]
         printed = float(getattr(TABLE_II[row], quantity))
-        own = scores(evidence, role, quantity)  # [S, E]
+        own = evidence.scores(role, quantity)  # [S, E]
         found = known(mean_interval(own.mean(axis=1)))
         away = found.value - printed
         figures.append(f"{symbol} {found.text(2)} (paper {printed:g})")
@@ -66,7 +66,7 @@ def average_completion(evidence: Evidence, role: str) -> Finding:
         raise CannotTellError(f"needs a row of {evidence.label(role)} in the paper's Table II")
     printed = TABLE_II[row]
     mean = known(mean_interval(evidence.scores(role, "slots").mean(axis=1)))
-    last = known(mean_interval(scores(evidence, role, "makespan_slots").mean(axis=1)))
+    last = known(mean_interval(evidence.scores(role, "makespan_slots").mean(axis=1)))
     below = mean.high < printed.makespan_slots - ROUNDING.makespan_slots
     return Finding(
         "impossible as printed" if below else "reproduced",
@@ -110,8 +110,8 @@ def varies_little(evidence: Evidence, quantity: str, role: str, within: float) -
     :param within: how wide the interval over seeds may be
     :return: the finding
     """
-    symbol, unit, decimals, *_ = QUANTITIES[quantity]
-    found = known(mean_interval(scores(evidence, role, quantity).mean(axis=1)))
+    symbol, unit, decimals = in_words(quantity)
+    found = known(mean_interval(evidence.scores(role, quantity).mean(axis=1)))
     width = found.high - found.low
     return Finding(
         "reproduced" if width < within else "not reproduced",
@@ -130,10 +130,10 @@ def reaches(evidence: Evidence, quantity: str, of: list[str], at_least: float) -
     :param at_least: the claim, rounded as printed
     :return: the finding
     """
-    symbol, _, decimals, *_ = QUANTITIES[quantity]
+    symbol, _, decimals = in_words(quantity)
     figures, held = [], []
     for role in of:
-        found = mean_interval(scores(evidence, role, quantity).mean(axis=1))
+        found = mean_interval(evidence.scores(role, quantity).mean(axis=1))
         figures.append(f"{evidence.label(role)}: {symbol} {found.text(decimals)}")
         held.append(bool(round(found.value, 1) >= at_least))
     why = f"Rounded to one decimal the mean has to reach {at_least:g}: {counted(held)}."

@@ -12,9 +12,10 @@ from lawn_sb3.report.sections import ablation_figure, ablation_learning, scaling
 from lawn_sb3.report.sections.claims import claims_table
 from lawn_sb3.report.sections.learning import THRESHOLD
 from lawn_sb3.report.table import Table, interval_columns
-from lawn_sb3.results.pairing import MARK, QUANTITIES, UNKNOWN, Pair, left_out, pair_up, significant
+from lawn_sb3.results.pairing import EFFECTS, MARK, Pair, left_out, pair_up, significant
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results, read_results
-from lawn_sb3.results.statistics import Interval, mean_interval
+from lawn_sb3.results.statistics import UNKNOWN, Interval, mean_interval
 
 CHANCE = 0.05
 """Share of the effects that would be marked if none were there."""
@@ -89,13 +90,13 @@ def _default_row(results: Results, key: str) -> tuple[dict[str, object], dict[st
     """A default's own figures."""
     by_seed = results.by_seed()
     own = by_seed[by_seed["method"] == key]
-    figures = {name: mean_interval(own[name]) for name in QUANTITIES}
+    figures = {name: mean_interval(own[name]) for name in EFFECTS}
     return _row(results, key, results.seeds(key), figures, dict.fromkeys(IMPROVED, UNKNOWN))
 
 
 def _effect_row(results: Results, pair: Pair) -> tuple[dict[str, object], dict[str, str]]:
     """An ablation's differences to its default."""
-    figures = {name: pair.effect(name) for name in QUANTITIES}
+    figures = {name: pair.effect(name) for name in EFFECTS}
     improved = {name: pair.improvement(results, name) for name in IMPROVED}
     return _row(results, pair.key, pair.seeds, figures, improved, pair.baseline)
 
@@ -122,10 +123,10 @@ def _row(
         "crossing_env_steps": crossing.if_reached,
     }
     cells = {"Method": label if baseline else f"{label} (default)"}
-    for name, quantity in QUANTITIES.items():
-        unit = f" ({quantity.unit.strip()})" if quantity.unit else ""
+    for name in EFFECTS:
+        quantity = QUANTITIES[name]
         mark = MARK if baseline and significant(figures[name]) else ""
-        cells[f"Δ {quantity.symbol}{unit}"] = figures[name].text(quantity.decimals) + mark
+        cells[quantity.difference_heading] = figures[name].text(quantity.fine_decimals) + mark
         if name in improved:
             cells[f"P(better {quantity.symbol})"] = improved[name].text(2) if baseline else "–"
     cells[f"Env steps to {THRESHOLD:.0f} %"] = crossing.text()
@@ -134,14 +135,14 @@ def _row(
 
 def _caption(pairs: list[Pair]) -> str:
     """What the table shows, and how many of its marks chance alone would set."""
-    known = [pair.effect(name) for pair in pairs for name in QUANTITIES if len(pair.seeds) > 1]
+    known = [pair.effect(name) for pair in pairs for name in EFFECTS if len(pair.seeds) > 1]
     marked = sum(significant(effect) for effect in known)
     return (
         "Ablations under their defaults, from the best effect on J̄ to the worst. Rows of defaults are their own "
         "figures [95 % bootstrap interval over seeds]. Δ: ablation minus default, seed by seed on the same test "
         "missions, mean over seeds [95 % Student's t interval over these differences, which takes them for normal and "
         "may reach beyond what is possible, such as 100 % success]. †: the interval leaves 0 out. The intervals are "
-        f"not corrected for their number: of {len(known)} ({len(pairs)} ablations × {len(QUANTITIES)} quantities) "
+        f"not corrected for their number: of {len(known)} ({len(pairs)} ablations × {len(EFFECTS)} quantities) "
         f"{marked} are marked, and up to about {CHANCE * len(known):.0f} would be if no effect were there; all effects "
         "of a group share the default's runs, so such marks come together. T̄: makespan, less is better. U: mean "
         "utility. Collisions: of a UAV in a mission, fewer are better. P(better): probability that a seed of the "

@@ -12,7 +12,8 @@ from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from lawn_sb3.report.style import colours, use_house_style
-from lawn_sb3.results.pairing import QUANTITIES, Pair, pair_up, significant
+from lawn_sb3.results.pairing import EFFECTS, Pair, pair_up, significant
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
 ROW_INCHES = 0.28
@@ -58,9 +59,9 @@ def effects_figure(results: Results) -> Figure:
     for baseline, pairs in groups.items():
         rows += [baseline, *pairs]
     figure = Figure(figsize=(12, 1.1 + ROW_INCHES * len(rows)), layout="constrained")
-    axes = figure.subplots(1, len(QUANTITIES), sharey=True)
-    palette, levels = colours(groups), results.by_seed().groupby("method")[[*QUANTITIES]].mean()
-    for ax, name in zip(axes, QUANTITIES, strict=True):
+    axes = figure.subplots(1, len(EFFECTS), sharey=True)
+    palette, levels = colours(groups), results.by_seed().groupby("method")[[*EFFECTS]].mean()
+    for ax, name in zip(axes, EFFECTS, strict=True):
         _draw_panel(ax, name, rows, levels[name], palette)
     labels = [results.recipe.methods[row if isinstance(row, str) else row.key].label for row in rows]
     axes[0].set_yticks(range(len(rows)), labels)
@@ -82,9 +83,9 @@ def _draw_panel(ax: Axes, name: str, rows: list[str | Pair], levels: pd.Series, 
             _draw_effect(ax, row, name, y, palette[row.baseline], span)
         else:
             ax.axhspan(y - 0.5, y + 0.5, color="0.93", zorder=1.5)
-            text = f"{levels[row]:.{quantity.decimals}f}{quantity.level_unit}"
+            text = f"{levels[row]:.{quantity.fine_decimals}f}{quantity.level_unit}"
             ax.text(0.5, y, text, transform=ax.get_yaxis_transform(), ha="center", va="center", fontsize="small")
-    ax.set_title(f"Δ {quantity.axis}")
+    ax.set_title(quantity.difference_label)
     ax.set_xlabel("better →" if quantity.more_is_better else "← better")
     ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     ax.grid(visible=False, axis="y")
@@ -134,7 +135,7 @@ def _draw_effect(ax: Axes, pair: Pair, name: str, y: int, colour: str, span: Spa
         linewidth=1.4, zorder=3,
     )  # fmt: skip
     if not span.holds(_extent(pair, name)):
-        _write_at_edge(ax, effect.text(QUANTITIES[name].decimals), y, left=effect.value < 0.0, colour=colour)
+        _write_at_edge(ax, effect.text(QUANTITIES[name].fine_decimals), y, left=effect.value < 0.0, colour=colour)
 
 
 def _write_at_edge(ax: Axes, text: str, y: int, *, left: bool, colour: str) -> None:

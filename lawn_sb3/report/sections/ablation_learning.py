@@ -14,9 +14,9 @@ from matplotlib.lines import Line2D
 from lawn_sb3.report.sections.learning import THRESHOLD
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.report.table import Table, interval_columns
-from lawn_sb3.results.pairing import MARK, UNKNOWN, Pair, pair_up, significant
+from lawn_sb3.results.pairing import MARK, Pair, pair_up, significant
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import Interval, mean_interval, paired_t
+from lawn_sb3.results.statistics import UNKNOWN, Interval, mean_interval, paired_t
 
 GREEDY = "greedy/success_percent"
 DEFAULT_COLOUR = "0.45"

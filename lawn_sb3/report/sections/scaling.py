@@ -37,8 +37,11 @@ QUANTITIES = {
     "collisions": Scaled("Collisions", "collisions a UAV and mission", 2),
 }
 """Column of ``scaling.csv``: how it is shown."""
-FIGURES = ("reward", "rate_mbps", "makespan_slots", "completion_slots", *QUANTITIES, "welfare_mbps")
-"""All columns with means."""
+MEANS = (
+    "reward", "rate_mbps", "makespan_slots", "completion_slots", "utility_mbps", "success_percent", "collisions",
+    "welfare_mbps",
+)  # fmt: skip
+"""Columns of ``scaling.csv`` with means over the episodes."""
 
 
 def scaling_table(rows: pd.DataFrame, recipe: Recipe) -> Table:
@@ -49,7 +52,7 @@ def scaling_table(rows: pd.DataFrame, recipe: Recipe) -> Table:
     :return: one row for each quantity and method, a column for each number of UAVs; numbers have one row for each
         method and number of UAVs, with all figures
     """
-    means, labels = _means(rows, FIGURES), _labels(rows, recipe)
+    means, labels = _means(rows, MEANS), _labels(rows, recipe)
     numbers = [
         {
             "method": labels[key],

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 
 from lawn_sb3.paper.claims import Claim, Evidence, load_claims
 from lawn_sb3.paper.claims.claim import ROLES, CannotTellError
-from lawn_sb3.paper.claims.comparisons import QUANTITIES
 from lawn_sb3.paper.claims.distributions import SHAPES
 from lawn_sb3.paper.claims.judge import TESTS
 from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.results.quantities import QUANTITIES
 from tests.paper.claims.by_hand import METHODS, evidence, flown, method, recipe_of
 
 CLAIMS = load_claims()

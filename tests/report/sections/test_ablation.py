@@ -17,7 +17,7 @@ from lawn_sb3.report.document import write_report
 from lawn_sb3.report.sections.ablation import SECTIONS, build_ablation, effects
 from lawn_sb3.report.sections.ablation_figure import effects_figure, visible_span
 from lawn_sb3.report.sections.ablation_learning import learning_curves, learning_effects, mean_success
-from lawn_sb3.results.pairing import QUANTITIES, left_out, pair_up
+from lawn_sb3.results.pairing import EFFECTS, left_out, pair_up
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 
@@ -118,7 +118,7 @@ def test_a_method_has_no_effect_on_itself() -> None:
         for seed in (0, 1)
     ]
     row = row_of(results_of(recipe, *made, *(rows.assign(method="twin") for rows in made)), "twin")
-    for name in QUANTITIES:
+    for name in EFFECTS:
         assert row[[name, f"{name}_low", f"{name}_high"]].tolist() == [0.0, 0.0, 0.0]
     assert row[["reward_improvement", "utility_mbps_improvement"]].tolist() == pytest.approx([0.5, 0.5])
 

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
-import pytest
 
-from lawn_sb3.experiment.cell import SCALING_FILE, write_rows
-from lawn_sb3.experiment.recipe import Cell, Recipe, Scaling, cells
-from lawn_sb3.experiment.scaling import fly_scaled
-from lawn_sb3.report.sections.scaling import read_scaling, scaling_figure, scaling_table
+from lawn_sb3.experiment.recipe import Scaling
+from lawn_sb3.report.sections.scaling import scaling_figure, scaling_table
 from tests.handmade import learner, recipe_with
 
 FLOWN = Scaling(num_uavs=(1, 3), episodes=2, methods=("random",))
@@ -36,83 +30,6 @@ ROWS = pd.concat(
     ],
     ignore_index=True,
 )
-
-
-@pytest.fixture
-def flown(runs: Path, recipe: Recipe) -> tuple[Recipe, list[Cell]]:
-    """The small recipe, its random player flown with one and three UAVs."""
-    recipe = recipe.model_copy(update={"scaling": FLOWN})
-    made = cells(recipe, runs / "small")
-    for cell in made:
-        if cell.key == "random":
-            write_rows(cell.directory / SCALING_FILE, fly_scaled(cell, FLOWN))
-    return recipe, made
-
-
-def test_what_was_flown_is_read_back(flown: tuple[Recipe, list[Cell]]) -> None:
-    problems: list[str] = []
-    rows = read_scaling(*flown, problems)
-    assert problems == []
-    assert rows[["method", "seed", "num_uavs", "episodes"]].to_numpy().tolist() == [
-        ["random", seed, num_uavs, 2] for seed in (0, 1) for num_uavs in (1, 3)
-    ]
-    alone = rows[rows["num_uavs"] == 1]
-    assert (alone["collisions"] == 0.0).all()  # nobody to collide with
-    assert alone["welfare_mbps"].tolist() == alone["utility_mbps"].tolist()
-
-
-def replaced(column: str, value: float) -> Callable[[Path], None]:
-    """Damage: the last value of a column is another one."""
-
-    def damage(path: Path) -> None:
-        rows = pd.read_csv(path)
-        rows[column] = [*rows[column][:-1], value]
-        rows.to_csv(path, index=False)
-
-    return damage
-
-
-@pytest.mark.parametrize(
-    ("damage", "expected"),
-    [
-        (Path.unlink, "scaling.csv cannot be read: No such file"),
-        (lambda path: path.write_text(""), "scaling.csv cannot be read: it is empty"),
-        (lambda path: path.write_text(path.read_text()[:-2]), "scaling.csv is cut off: line"),
-        (lambda path: path.write_text("city,people\nBath,94000\n"), "scaling.csv lacks the columns num_uavs"),
-        (replaced("num_uavs", 8), "scaling.csv is of 1, 8 UAVs: must be 1, 3"),
-        (replaced("num_uavs", 1), "scaling.csv line 3 repeats num_uavs 1: must be there once"),
-        (replaced("episodes", 50), "scaling.csv is of 2, 50 episodes: must be 2"),
-        (replaced("success_percent", 101.5), "scaling.csv line 3: success_percent = '101.5': must be a finite number"),
-        (replaced("makespan_slots", 20.5), "scaling.csv line 3: makespan_slots = '20.5': must be a finite number"),
-        (replaced("welfare_mbps", 999), "scaling.csv line 3: welfare_mbps = 999: must be num_uavs times utility_mbps"),
-    ],
-)
-def test_a_damaged_or_foreign_file_is_named_and_the_rest_is_read(
-    flown: tuple[Recipe, list[Cell]], damage: Callable[[Path], None], expected: str
-) -> None:
-    recipe, made = flown
-    damaged = next(cell for cell in made if cell.key == "random" and cell.seed == 1)
-    damage(damaged.directory / SCALING_FILE)
-    problems: list[str] = []
-    rows = read_scaling(recipe, made, problems)
-    (problem,) = problems
-    assert problem.startswith(f"random seed 1: {expected}")
-    assert "\n" not in problem
-    assert rows["seed"].unique().tolist() == [0]
-
-
-def test_runs_that_are_not_finished_are_passed_over(flown: tuple[Recipe, list[Cell]]) -> None:
-    recipe, made = flown
-    next(cell for cell in made if cell.key == "random" and cell.seed == 1).directory.joinpath("finished").unlink()
-    problems: list[str] = []
-    assert read_scaling(recipe, made, problems)["seed"].unique().tolist() == [0]
-    assert problems == []
-
-
-def test_a_recipe_that_asks_for_nothing_misses_nothing(recipe: Recipe, small_cells: list[Cell]) -> None:
-    problems: list[str] = []
-    assert read_scaling(recipe, small_cells, problems).empty
-    assert problems == []
 
 
 def test_the_table_by_hand() -> None:
