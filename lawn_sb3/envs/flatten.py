@@ -19,8 +19,8 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from lawn_sb3.envs.observation import Extra
 from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario
 
 
@@ -174,7 +174,6 @@ def make_vec_env(
     continuation: Continuation = "mission",
     timeout: Timeout = "terminal",
     without_reward: Collection[RewardTerm] = (),
-    with_index: bool = False,
     extras: Collection[Extra] = (),
     slack: int | None = None,
     credit: Credit = "own",
@@ -189,9 +188,8 @@ def make_vec_env(
     :param continuation: ``mission`` (a new mission at once) or ``episode`` (wait for the game to restart)
     :param timeout: ``terminal`` (eq:terminal) or ``truncated`` (SB3 then bootstraps the value)
     :param without_reward: terms of the reward that the learner is not given: ``rate``, ``nav``, ``col``, ``term``
-    :param with_index: append each UAV's index to its observation
-    :param extras: what the observations hold between o_i and x: ``clock``, ``memory``, ``destinations``,
-        ``intents``
+    :param extras: what the observations hold between o_i and x: ``clock``, ``memory``, ``destinations``, ``intents``,
+        ``index``
     :param slack: allow in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
     :param credit: whose reward a learner is given: ``own``, ``difference`` or ``team``
     :param fewest_uavs: games of so many to N UAVs, drawn anew for each (``episode``); all N without a number
@@ -201,7 +199,7 @@ def make_vec_env(
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
     games = TrainingEnv(
-        scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit, fewest_uavs
+        scenario, num_games, continuation, timeout, seed, without_reward, extras, slack, credit, fewest_uavs
     )
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"

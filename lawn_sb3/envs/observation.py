@@ -1,8 +1,7 @@
 """What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
 
-Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to
-see stands between them, so that an actor which may not see x is handed the columns before it and no others; the UAV's
-index i stands at the end.
+Both travel in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to see
+stands between them, so that an actor which may not see x is handed the columns before it and no others.
 """
 
 from __future__ import annotations
@@ -15,8 +14,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import MEMORY_SLOTS, State
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
+from lawn_sb3.game.state import MEMORY_SLOTS, State
 from lawn_sb3.scenario import Scenario
 
 Floats32 = NDArray[np.float32]
@@ -34,13 +33,14 @@ CELL = 4  # numbers a GBS contributes: load, position
 
 VOXEL = 3  # coordinates of a voxel
 
-Extra = Literal["clock", "memory", "destinations", "intents"]
+Extra = Literal["clock", "memory", "destinations", "intents", "index"]
 """What a policy can ask to see besides o_i, in the order in which it stands in the flat observation:
 
 - ``clock``: how many slots of its mission it has flown;
 - ``memory``: the cell loads it saw in the slots before, newest first;
 - ``destinations``: how many other UAVs in the air head for each cell;
-- ``intents``: position and destination of every other UAV, as a shared flight plan gives them.
+- ``intents``: position and destination of every other UAV, as a shared flight plan gives them;
+- ``index``: which of the N UAVs it is, one-hot.
 """
 EXTRAS: tuple[Extra, ...] = get_args(Extra)
 Sight = Literal[Extra, "state"]
@@ -51,17 +51,15 @@ NOT_BY_N: frozenset[Extra] = frozenset({"clock", "memory", "destinations"})
 
 @dataclass(frozen=True)
 class ObservationLayout:
-    """Where everything lies in the flat observation [o_i | extras | x], or [o_i | extras | x | i], the index one-hot.
+    """Where everything lies in the flat observation [o_i | extras | x].
 
     :param num_uavs: N
     :param num_gbs: M
-    :param with_index: whether the UAV's index follows
     :param extras: what stands between o_i and x, in the order of :data:`EXTRAS`
     """
 
     num_uavs: int
     num_gbs: int
-    with_index: bool = False
     extras: tuple[Extra, ...] = ()
 
     @property
@@ -77,7 +75,7 @@ class ObservationLayout:
     @property
     def flat_dim(self) -> int:
         """Length of the flat observation."""
-        return self.local_dim + self.extras_dim + self.state_dim + self.num_uavs * self.with_index
+        return self.local_dim + self.extras_dim + self.state_dim
 
     @property
     def extras_dim(self) -> int:
@@ -95,11 +93,6 @@ class ObservationLayout:
         start = self.local_dim + self.extras_dim
         return slice(start, start + self.state_dim)
 
-    @property
-    def index(self) -> slice:
-        """Columns of the UAV's index in the flat observation; empty without one."""
-        return slice(self.state.stop, self.state.stop + self.num_uavs * self.with_index)
-
     def seen(self, sees: Collection[Sight]) -> slice:
         """Columns of the flat observation that an actor may see: all, or those before x.
 
@@ -115,6 +108,7 @@ class ObservationLayout:
             "memory": MEMORY_SLOTS * self.num_gbs,
             "destinations": self.num_gbs,
             "intents": 2 * VOXEL * others,
+            "index": self.num_uavs,
         }
         return widths[extra]
 
@@ -183,13 +177,12 @@ class Observer:
     """Reads observations off a simulator's state, in units that are the same for all methods.
 
     :param scenario: the scenario
-    :param with_index: append each UAV's index
     :param extras: what stands between o_i and x
     """
 
-    def __init__(self, scenario: Scenario, with_index: bool = False, extras: Collection[Extra] = ()) -> None:
+    def __init__(self, scenario: Scenario, extras: Collection[Extra] = ()) -> None:
         chosen = tuple(extra for extra in EXTRAS if extra in extras)
-        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, with_index, chosen)
+        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, chosen)
         self._rate_unit_mbps = rate_unit_mbps(scenario)
         self._arrived_stays = scenario.arrived_uav == "stays"
         voxels = (scenario.gbs_positions - scenario.voxel_centre((0, 0, 0))) / scenario.voxel_size_m
@@ -223,6 +216,8 @@ class Observer:
             return np.asarray(seen.reshape(num_games, num_uavs, -1))
         if name == "destinations":
             return np.asarray(self.headed(state) / LOAD_UNIT_UAVS)
+        if name == "index":
+            return np.eye(num_uavs)[None]
         others = (np.arange(num_uavs)[:, None] + np.arange(1, num_uavs)) % num_uavs  # [N, N - 1]
         intents = np.concatenate([state.position, state.destination], axis=-1)[:, others]  # [G, N, N - 1, 6]
         return np.asarray(intents.reshape(num_games, num_uavs, -1) / POSITION_UNIT_VOXELS)
@@ -256,7 +251,7 @@ class Observer:
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
     def flat(self, state: State) -> Floats32:
-        """Flat observations [o_i | extras | x], with the index if the layout has one.
+        """Flat observations [o_i | extras | x].
 
         :param state: state of G games
         :return: one observation a UAV [G, N, flat_dim]
@@ -271,16 +266,14 @@ class Observer:
         x = flat[..., self.layout.state]
         x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
         x[..., self.layout.state_cells] = cells[:, None]
-        if self.layout.with_index:
-            flat[..., self.layout.index] = np.eye(num_uavs, dtype=np.float32)
         return flat
 
 
 def broadcast_bits(sees: Collection[Sight], scenario: Scenario) -> int:
     """Bits that every UAV has to broadcast in every slot so that the actors can see what they see.
 
-    Cell loads are counted by the GBSs, and clock and memory are a UAV's own. The cell that it heads for is one of M; a
-    position or a destination is one of the voxels; T_i^min is a whole number, and the EMA rate a 32-bit float.
+    Cell loads are counted by the GBSs, and clock, memory and index are a UAV's own. The cell that it heads for is one
+    of M; a position or a destination is one of the voxels; T_i^min is a whole number, and the EMA rate a 32-bit float.
 
     :param sees: what a policy says its actor sees
     :param scenario: the game

@@ -16,9 +16,9 @@ from lawn_sb3.envs.rendering import draw_picture, draw_text
 from lawn_sb3.envs.training_env import Timeout, check_timeout
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
-from lawn_sb3.game.kernel import REWARD_TERMS
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS, Scenario
 
 Observations = dict[str, NDArray[np.float32]]

@@ -13,8 +13,8 @@ from pettingzoo import ParallelEnv
 from lawn_sb3.envs.observation import Extra, Observer
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
-from lawn_sb3.game.kernel import REWARD_TERMS, RewardTerm
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
+from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
@@ -52,7 +52,6 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param seed: seed of the missions
     :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
         ``episode`` counts them all the same
-    :param with_index: append each UAV's index to its observation
     :param extras: what the observations hold between o_i and x
     :param slack: allow in-time moves alone: arrival by T_i^min and so many slots must stay possible; without a number,
         all moves inside the airspace are allowed
@@ -71,7 +70,6 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         timeout: Timeout = "terminal",
         seed: int | None = None,
         without_reward: Collection[RewardTerm] = (),
-        with_index: bool = False,
         extras: Collection[Extra] = (),
         slack: int | None = None,
         credit: Credit = "own",
@@ -84,7 +82,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
             raise unknown_name("credit", credit, get_args(Credit))
         self.credit = credit
         self.simulator = Simulator(scenario, num_games, seed, continuation, fewest_uavs)
-        self.observer = Observer(scenario, with_index, extras)
+        self.observer = Observer(scenario, extras)
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
         self.agents = list(self.possible_agents)

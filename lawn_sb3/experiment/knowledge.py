@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import Literal, get_args
 
 from lawn_sb3.envs.observation import Sight, broadcast_bits
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.scenario import Scenario
 

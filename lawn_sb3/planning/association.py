@@ -17,9 +17,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import move, stop_at
-from lawn_sb3.game.kernel import voxel_of
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import voxel_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

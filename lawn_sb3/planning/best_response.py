@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State
+from lawn_sb3.game.state import Rules, State
 from lawn_sb3.planning.flight import Flight, best_flight, collision_price_mbps
 from lawn_sb3.planning.plan import Plan, others_in, planned_collisions, planned_utilities_mbps
 

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import Voxel, is_inside, min_slots, stop_at
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]

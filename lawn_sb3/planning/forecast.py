@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import Rules, State, voxel_of
 from lawn_sb3.planning.flight import best_flight, longest_flight
 from lawn_sb3.planning.plan import check_in_time, nobody
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State
+from lawn_sb3.game.state import Rules, State
 from lawn_sb3.planning.flight import best_flight, longest_flight
 from lawn_sb3.planning.plan import nobody
 

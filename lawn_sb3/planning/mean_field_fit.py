@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon
 from lawn_sb3.game.payoff import slot_weight
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import Rules, State, bias_horizon
 from lawn_sb3.planning.flight import peak_rate_mbps
 from lawn_sb3.planning.mean_field_flight import expected_flight
 from lawn_sb3.planning.mean_field_sight import Senses, bucket, images, keys_of, look

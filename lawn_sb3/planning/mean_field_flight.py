@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import Voxel, min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.planning.flight import Flight, best_move, longest_flight, overlap
 from lawn_sb3.planning.mean_field_sight import bucket
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.state import Rules, State, voxel_of
 
 Ints = NDArray[np.int64]
 

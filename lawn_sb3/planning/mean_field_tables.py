@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules
+from lawn_sb3.game.state import Rules
 from lawn_sb3.planning.mean_field_sight import Keys, Senses, bucket
 
 Floats = NDArray[np.float64]

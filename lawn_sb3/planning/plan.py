@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, ema_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.planning.flight import Surroundings, longest_flight
 
 Floats = NDArray[np.float64]

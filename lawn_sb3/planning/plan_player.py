@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import State
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import State
 from lawn_sb3.planning.flight import DEFAULT_SLACK
 from lawn_sb3.planning.plan import Plan, check_in_time
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State
+from lawn_sb3.game.state import Rules, State
 from lawn_sb3.planning.best_response import best_response
 from lawn_sb3.planning.plan import Plan, planned_utilities_mbps
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from lawn_sb3.game.airspace import is_inside, min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.state import Rules, State, voxel_of
 from lawn_sb3.planning.flight import best_flight
 from lawn_sb3.planning.plan import Plan, empty_plan, nobody
 

@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lawn_sb3.game import Simulator
-from lawn_sb3.game.kernel import Outcome, State
+from lawn_sb3.game.state import Outcome, State
 from lawn_sb3.scenario import Scenario
 
 SEEDS = st.integers(0, 2**32 - 1)
