@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import Flights, evaluation_games
 from lawn_sb3.game.payoff import welfare
+from lawn_sb3.planning.best_response import best_responses
 from lawn_sb3.planning.plan import Plan
-from lawn_sb3.planning.regret import best_responses
 from lawn_sb3.scenario import Scenario
 
 EQUILIBRIUM_MBPS = 1e-6
