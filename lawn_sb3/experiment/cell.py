@@ -77,7 +77,16 @@ def cells(recipe: Recipe, root: Path) -> list[Cell]:
     """
     games = {name: variant.game() for name, variant in recipe.split().items()}
     return [
-        Cell(key, method, seed, scenario, recipe.evaluation, root / variant / key / f"seed-{seed}", variant, recipe.regret)
+        Cell(
+            key,
+            method,
+            seed,
+            scenario,
+            recipe.evaluation,
+            root / variant / key / f"seed-{seed}",
+            variant,
+            recipe.regret,
+        )
         for seed in recipe.seeds
         for variant, scenario in games.items()
         for key, method in recipe.methods.items()

@@ -77,7 +77,9 @@ def check_recipe(recipe: Recipe) -> None:
                 raise UserError(f"methods.{key}: {error}") from None
         check_policy_fits(method)
         if honest_label(method.label, method.settings) != method.label:
-            raise UserError(f"methods.{key}: label = {method.label!r}: say {SHARED!r}, as IQL's learners have one there")
+            raise UserError(
+                f"methods.{key}: label = {method.label!r}: say {SHARED!r}, as IQL's learners have one there"
+            )
     for num_uavs in recipe.scaling.num_uavs if recipe.scaling else ():
         recipe.game().changed(num_uavs=num_uavs)
     for key in recipe.scaling.methods if recipe.scaling else ():

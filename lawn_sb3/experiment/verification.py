@@ -9,7 +9,7 @@ import pandas as pd
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.finished_run import load_player, load_run
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE, MODEL_FILE, WEIGHTS_FILE

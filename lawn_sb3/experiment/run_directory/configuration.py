@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell
+from lawn_sb3.experiment.cell import NOT_IN_RESULTS, Cell
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
 from lawn_sb3.whole_files import write_text
 

@@ -11,8 +11,9 @@ import pytest
 import yaml
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.progress import read_progress
 from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.after_training import fly_scaled
-from lawn_sb3.experiment.recipe import Cell, Recipe, Scaling
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe, Scaling
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.experiment.run_directory.files import SCALING_FILE
 from lawn_sb3.results.results import Results, read_results

@@ -15,7 +15,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.sections.occupancy import caption, cell_loads, load_groups, occupancy, shown_slots
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of

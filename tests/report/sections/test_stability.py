@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.sections.stability import cdf_caption, is_equilibrium, regret, regret_cdf, regrets_mbps, shown_mbps
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_with, responded, results_of
