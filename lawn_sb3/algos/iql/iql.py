@@ -38,7 +38,7 @@ class IQL(OffPolicyAlgorithm):
     ``optimize_memory_usage``. Where SB3 counts steps of a learner, each UAV counts its own, so the unit is env steps;
     only ``learn(total_timesteps)`` counts agent steps, N in every env step.
 
-    :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.LEARNERS` over o_i
+    :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.learners.LEARNERS` over o_i
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
     :param learning_rate: learning rate, or a schedule of the progress remaining
     :param buffer_size: env steps that each UAV remembers
