@@ -1,14 +1,14 @@
-"""What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
+"""What a UAV and a critic see: the local observation o_i and the global state x.
 
 Both travel in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to see
-stands between them, so that an actor which may not see x is handed the columns before it and no others.
+stands between them, so that an actor that may not see x is handed only the columns before it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -27,10 +27,8 @@ SLOT_UNIT = 10.0
 LOAD_UNIT_UAVS = 4.0
 """Cell loads are given in units of four UAVs, whatever N: an actor can be moved to another N."""
 
-OWN = 8  # numbers a UAV contributes: position, destination, T_min, EMA rate
-CELL = 4  # numbers a GBS contributes: load, position
-
-
+OWN = 8  # numbers per UAV: position, destination, T_min, EMA rate
+CELL = 4  # numbers per GBS: load, position
 VOXEL = 3  # coordinates of a voxel
 
 Extra = Literal["clock", "memory", "destinations", "intents", "index"]
@@ -46,7 +44,7 @@ EXTRAS: tuple[Extra, ...] = get_args(Extra)
 Sight = Literal[Extra, "state"]
 """The same, or all of x."""
 NOT_BY_N: frozenset[Extra] = frozenset({"clock", "memory", "destinations"})
-"""What is as long for every number of UAVs."""
+"""Extras that have the same length for every number of UAVs."""
 
 
 @dataclass(frozen=True)
@@ -56,11 +54,24 @@ class ObservationLayout:
     :param num_uavs: N
     :param num_gbs: M
     :param extras: what stands between o_i and x, in the order of :data:`EXTRAS`
+
+    >>> layout = ObservationLayout(num_uavs=4, num_gbs=4)
+    >>> layout.local_dim, layout.state_dim  # 8 + 4 * 4 and 4 * 8 + 4 * 4
+    (24, 48)
     """
 
     num_uavs: int
     num_gbs: int
     extras: tuple[Extra, ...] = ()
+
+    position: ClassVar[slice] = slice(0, 3)
+    """Columns of q_i in o_i."""
+    destination: ClassVar[slice] = slice(3, 6)
+    """Columns of d_i in o_i."""
+    min_slots: ClassVar[slice] = slice(6, 7)
+    """Column of T_i^min in o_i."""
+    ema_rate: ClassVar[slice] = slice(7, 8)
+    """Column of the EMA rate in o_i."""
 
     @property
     def local_dim(self) -> int:
@@ -94,11 +105,7 @@ class ObservationLayout:
         return slice(start, start + self.state_dim)
 
     def seen(self, sees: Collection[Sight]) -> slice:
-        """Columns of the flat observation that an actor may see: all, or those before x.
-
-        :param sees: what its policy says it sees
-        :return: the columns
-        """
+        """Columns of the flat observation for an actor whose policy ``sees`` this: all, or those before x."""
         return slice(0, self.state.stop if "state" in sees else self.state.start)
 
     def _width(self, extra: Extra) -> int:
@@ -113,37 +120,13 @@ class ObservationLayout:
         return widths[extra]
 
     def extra(self, name: Extra) -> slice:
-        """Columns of one of the extras in the flat observation; empty where the layout has none.
-
-        :param name: which
-        :return: the columns
-        """
+        """Columns of one of the extras in the flat observation; empty if the layout does not have it."""
         start = self.local_dim
         for extra in self.extras:
             if extra == name:
                 return slice(start, start + self._width(extra))
             start += self._width(extra)
         return slice(start, start)
-
-    @property
-    def position(self) -> slice:
-        """Columns of q_i in o_i."""
-        return slice(0, 3)
-
-    @property
-    def destination(self) -> slice:
-        """Columns of d_i in o_i."""
-        return slice(3, 6)
-
-    @property
-    def min_slots(self) -> slice:
-        """Column of T_i^min in o_i."""
-        return slice(6, 7)
-
-    @property
-    def ema_rate(self) -> slice:
-        """Column of the EMA rate in o_i."""
-        return slice(7, 8)
 
     @property
     def cell_loads(self) -> slice:
@@ -174,7 +157,7 @@ class ObservationLayout:
 
 
 class Observer:
-    """Reads observations off a simulator's state, in units that are the same for all methods.
+    """Makes observations of a simulator's state, in units that are the same for all methods.
 
     :param scenario: the scenario
     :param extras: what stands between o_i and x
@@ -206,7 +189,7 @@ class Observer:
         return cells.reshape(len(cells), -1)
 
     def _extra(self, name: Extra, state: State) -> NDArray[np.floating]:
-        """One of the extras [G, N, its width], or [1, N, ...] or [G, 1, ...] where it is the same for all."""
+        """One of the extras [G, N, its width]; [1, N, ...] if it is the same in all games."""
         num_games, num_uavs = state.slot.shape
         if name == "clock":
             return state.slot[..., None] / SLOT_UNIT
@@ -223,11 +206,7 @@ class Observer:
         return np.asarray(intents.reshape(num_games, num_uavs, -1) / POSITION_UNIT_VOXELS)
 
     def headed(self, state: State) -> NDArray[np.int64]:
-        """How many other UAVs head for each cell: those in the air, and those that stay where they arrived.
-
-        :param state: state of G games
-        :return: counts without the UAV itself [G, N, M]
-        """
+        """How many other UAVs head for each cell [G, N, M]: those in the air, and those that stay on arrival."""
         x, y, z = np.moveaxis(state.destination, -1, 0)
         counts = np.eye(self.layout.num_gbs, dtype=np.int64)[self._cell[x, y, z]]  # [G, N, M]
         if not self._arrived_stays:
@@ -235,18 +214,22 @@ class Observer:
         return np.asarray(counts.sum(axis=1, keepdims=True) - counts)
 
     def local(self, state: State) -> Floats32:
-        """Local observations o_i (eq:obs).
+        """Local observations, Eq. (12), eq:obs.
+
+        o_i(t) = [q_i(t), d_i, T_i^min, R-bar_i(t), {n_b(t), g_b} for every GBS b]
 
         :param state: state of G games
-        :return: one observation a UAV [G, N, local_dim]
+        :return: one observation per UAV [G, N, local_dim]
         """
         return self.flat(state)[..., self.layout.local]
 
     def state(self, state: State) -> Floats32:
-        """Global states x (eq:global_state).
+        """Global states, Eq. (11), eq:global_state.
+
+        x(t) = [{q_i(t), d_i, T_i^min, R-bar_i(t)} for every UAV i, {n_b(t), g_b} for every GBS b]
 
         :param state: state of G games
-        :return: one global state a game [G, state_dim]
+        :return: one global state per game [G, state_dim]
         """
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
@@ -254,7 +237,7 @@ class Observer:
         """Flat observations [o_i | extras | x].
 
         :param state: state of G games
-        :return: one observation a UAV [G, N, flat_dim]
+        :return: one observation per UAV [G, N, flat_dim]
         """
         own, cells = self._own(state), self._cells(state)
         num_games, num_uavs, _ = own.shape
@@ -278,6 +261,9 @@ def broadcast_bits(sees: Collection[Sight], scenario: Scenario) -> int:
     :param sees: what a policy says its actor sees
     :param scenario: the game
     :return: bits, without any coding
+
+    >>> broadcast_bits({"destinations"}, Scenario()), broadcast_bits({"intents"}, Scenario())  # 4 cells, 300 voxels
+    (2, 18)
     """
     voxel = (scenario.num_voxels - 1).bit_length()
     if "state" in sees:

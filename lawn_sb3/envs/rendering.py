@@ -20,7 +20,7 @@ def draw_text(scenario: Scenario, state: State, game: int = 0) -> str:
     :param scenario: the scenario
     :param state: state of the games
     :param game: which of them
-    :return: one line a row of voxels, then one line a UAV
+    :return: one line per row of voxels, then one line per UAV
     """
     width, length, _ = scenario.grid
     rows = [["." for _ in range(width)] for _ in range(length)]

@@ -21,7 +21,7 @@ from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.players import ModelPlayer, build_model
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.game import Simulator
-from lawn_sb3.planning.mean_field_fit import longest_mission
+from lawn_sb3.planning.mean_field.fit import longest_mission
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, random_play, scenarios
 

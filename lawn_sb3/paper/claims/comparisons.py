@@ -73,7 +73,7 @@ def known(interval: Interval) -> Interval:
     :return: the same
     :raises CannotTellError: if its bounds are unknown, as one seed leaves them
     """
-    if np.isnan([interval.low, interval.high]).any():
+    if not interval.is_known:
         raise CannotTellError("needs at least two seeds of each method, for an interval")
     return interval
 

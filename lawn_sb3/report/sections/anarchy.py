@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from lawn_sb3.experiment.evaluation import evaluation_games
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
-from lawn_sb3.report.sections.regret import is_equilibrium
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.sections.stability import HEADING, is_equilibrium
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.attainable import attainable
 from lawn_sb3.results.results import Results, score_matrix
@@ -20,6 +21,11 @@ Floats = NDArray[np.float64]
 
 EQUILIBRIA = ("equilibrium", "worst-equilibrium")
 """Players that look for equilibria."""
+
+
+def section(results: Results) -> Section:
+    """The price of anarchy, where equilibria were certified."""
+    return Section(HEADING, {"anarchy": anarchy(results)})
 
 
 class Welfares(NamedTuple):
