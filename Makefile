@@ -40,7 +40,7 @@ format: install ## put the code into the house style
 	$(BIN)/ruff format .
 
 docs: install ## build the pages of docs/ into docs/_build; warnings and broken links are errors
-	$(BIN)/sphinx-build -W --keep-going -q docs docs/_build
+	$(BIN)/sphinx-build -E -W --keep-going -q docs docs/_build
 
 reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)

@@ -40,6 +40,8 @@ extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.apidoc"]
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = f"lawn-sb3 {release}"
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
 myst_heading_anchors = 4
 
 nitpicky = True
@@ -47,9 +49,16 @@ nitpick_ignore_regex = [(r"py:.*", r"(?!lawn_sb3\.|policies\.).*")]  # names of 
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
 apidoc_modules = [
-    {"path": str(REPOSITORY / package), "destination": f"_made/api/{package}", "max_depth": 2}
+    {
+        "path": str(REPOSITORY / package),
+        "destination": f"_made/api/{package}",
+        "max_depth": 2,
+        "automodule_options": {"members", "show-inheritance"},
+    }
     for package in ("lawn_sb3", "policies")
 ]
+add_module_names = False
+python_use_unqualified_type_names = True
 
 
 def copy_pages(app: Sphinx) -> None:

@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.regret import EQUILIBRIUM_MBPS
+from lawn_sb3.experiment.measures import EQUILIBRIUM_MBPS
 from lawn_sb3.report.cdf import distributions, panels_text
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.table import Table, interval_columns, interval_texts, sample_text

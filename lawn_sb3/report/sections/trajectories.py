@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.run_files import draw_test_missions
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,8 @@ def longest_episode(results: Results) -> Episode:
         voxels = [uav[list("xyz")].to_numpy() for _, uav in own.groupby("uav")]
         flown = rows[(rows["method"] == key) & (rows["episode"] == number)]
         flights.append(Flight(key, [game.voxel_centre(path) for path in voxels], flown))
-    destinations = draw_test_missions(game, results.recipe.evaluation).destinations[number]
+    chosen = results.recipe.evaluation
+    destinations = evaluation_missions(game, chosen.episodes, chosen.seed).destinations[number]
     return Episode(seed, number, game.voxel_centre(destinations), flights)
 
 

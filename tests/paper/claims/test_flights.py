@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.game.simulator import Simulator
@@ -35,7 +35,7 @@ def trained_cells(
     }
     more = recipe.model_copy(update={"methods": methods, "seeds": (0,)})
     made = cells(more, tmp_path / "more")
-    monkeypatch.setattr("lawn_sb3.experiment.cell.check_policy", lambda model, name: None)  # it refuses SB3's own
+    monkeypatch.setattr("lawn_sb3.experiment.train.check_policy", lambda model, name: None)  # it refuses SB3's own
     for cell in made:
         run_cell(cell, lambda env_steps: None)
     whole = recipe.model_copy(update={"methods": {**recipe.methods, **methods}})

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import cells, load_recipe
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.sections.ranking import ranking

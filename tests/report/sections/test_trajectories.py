@@ -10,6 +10,7 @@ import pytest
 from matplotlib.axes import Axes
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.sections.trajectories import (
@@ -27,7 +28,6 @@ from lawn_sb3.report.sections.trajectories import (
 from lawn_sb3.report.sections.trajectories_3d import in_space
 from lawn_sb3.report.style import save
 from lawn_sb3.results.results import Results, read_results
-from lawn_sb3.results.run_files import draw_test_missions
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.handmade import flown, recipe_of, results_of
 
@@ -70,7 +70,7 @@ def test_the_choice_does_not_depend_on_the_order_of_rows(small: Results) -> None
 
 def test_paths_lead_from_the_origins_and_arrived_uavs_end_at_their_destination(small: Results) -> None:
     episode = longest_episode(small)
-    missions = draw_test_missions(small.recipe.game(), small.recipe.evaluation)
+    missions = evaluation_missions(small.recipe.game(), small.recipe.evaluation.episodes, small.recipe.evaluation.seed)
     for flight in episode.flights:
         for i, path in enumerate(flight.paths):
             assert path[0] == pytest.approx(PAPER.voxel_centre(missions.origins[episode.number, i]))
