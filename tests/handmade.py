@@ -72,6 +72,6 @@ def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float])
     return rows
 
 
-def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: pd.DataFrame) -> Results:
+def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: Any) -> Results:
     """Results that hold these tables."""
     return Results(recipe, pd.concat(episodes, ignore_index=True), **tables)
