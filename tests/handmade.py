@@ -72,7 +72,7 @@ def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float])
     return rows
 
 
-def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: pd.DataFrame) -> Results:
+def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: Any) -> Results:
     """Results that hold these tables."""
     results = Results(recipe, pd.concat(episodes, ignore_index=True))
     for name, rows in tables.items():

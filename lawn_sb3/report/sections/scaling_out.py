@@ -156,11 +156,7 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
 
 
 def caption(results: Results) -> str:
-    """What the figure of scaling out shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure of scaling out shows."""
     trained, episodes = results.recipe.game().num_uavs, results.scaling["episodes"].iloc[0]
     return (
         f"Players among N UAVs; learners were trained with N = {trained} (dotted) and not again. Each N has {episodes} "

@@ -122,11 +122,7 @@ def shown_mbps(results: Results, rows: pd.DataFrame) -> float:
 
 
 def cdf_caption(results: Results) -> str:
-    """What the figure of regrets shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure of regrets shows."""
     return (
         "Share of the UAVs whose regret is at most the value on the axis, all test episodes and seeds; bands: range "
         "over seeds. Where a curve begins at the left is the share of UAVs that have nothing to gain: in equilibria "

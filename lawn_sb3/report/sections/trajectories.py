@@ -225,11 +225,7 @@ def _mark(marker: str, label: str, size: float, colour: str = "0.3") -> Line2D:
 
 
 def caption(results: Results) -> str:
-    """What the figures of trajectories show.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figures of trajectories show."""
     episode = longest_episode(results)
     return (
         f"Test episode {episode.number} of seed {episode.seed} as every method flies it: of the traced ones that with "
