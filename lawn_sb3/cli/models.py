@@ -11,10 +11,10 @@ from lawn_sb3.cli.console import AsJson, Changes, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import flies_alone, fly
-from lawn_sb3.experiment.finished_run import load_player, load_run
 from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
+from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLAYERS, find_player
-from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
 from lawn_sb3.experiment.verification import verify_run

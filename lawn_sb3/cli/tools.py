@@ -14,7 +14,7 @@ from rich.table import Table
 
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, say
 from lawn_sb3.experiment.benchmark import benchmark
-from lawn_sb3.experiment.finished_run import trained_players
+from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.paper.identification import as_markdown, identify
@@ -24,8 +24,8 @@ from lawn_sb3.whole_files import write_json, write_text
 app = typer.Typer()
 
 ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
-"""Rows of the paper's Table II whose trained players ``identify`` asks, and the methods of ``runs/paper.yaml`` that
-stand for them; training gives nothing like its IQL row."""
+"""Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
+for each; training gives nothing like its IQL row."""
 
 
 @app.command()
@@ -61,16 +61,17 @@ def scenario_command(
 
 @app.command("identify")
 def identify_command(
-    episodes: Annotated[int, typer.Option(min=1, help="joint episodes of the Random player per candidate")] = 2_000,
+    episodes: Annotated[int, typer.Option(min=1, help="joint episodes of the Random player a candidate")] = 2_000,
     seed: Annotated[int, typer.Option(min=0, help="picks the missions")] = 50_000,
     models: Annotated[
-        Path, typer.Option(help=f"runs whose trained players are asked too: {', '.join(ASKED.values())}")
+        Path, typer.Option(help="runs of the paper's methods, whose trained players are asked too")
     ] = Path("runs/reference/paper"),
     out: Annotated[Path | None, typer.Option(help="folder for README.md and identify.json")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Try every value of the constants that the paper leaves open against the figures that it prints."""
-    players = trained_players(models, ASKED)
+    kept = {row: kept_player(models / method) for row, method in ASKED.items()}
+    players = {row: player for row, player in kept.items() if player is not None}
     if not players:
         say(f"no trained players in {models}: the Random player alone is asked")
     with Progress(console=messages, transient=True) as bar:
@@ -84,6 +85,6 @@ def identify_command(
         print(json.dumps(result.as_json()))
         return
     shown = pd.DataFrame({"constant": list(result.findings), "what the paper's figures say": result.findings.values()})
-    print_table(shown, f"identified from Table II, {episodes:,} episodes per candidate")
+    print_table(shown, f"identified from Table II, {episodes:,} episodes a candidate")
     if out is not None:
         say(f"all tables: {out / 'README.md'}")

@@ -11,7 +11,7 @@ from lawn_sb3.algos.iql import InTimeQPolicy
 from lawn_sb3.algos.qmix import InTimeQMIXPolicy
 from lawn_sb3.envs import FlatVecEnv, make_vec_env
 from lawn_sb3.envs.observation import EXTRAS
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.probe import line_in_own_file, policy_error
@@ -70,5 +70,4 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     except Exception as error:
         if isinstance(error, NotImplementedError) or line_in_own_file(error, policy) is not None:
             raise policy_error(error, policy, method.policy) from error
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {reason}") from error
+        raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {first_line(error)}") from error

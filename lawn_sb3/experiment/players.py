@@ -1,7 +1,8 @@
-"""A trained model as a player."""
+"""Trained models as players, of this process or of a finished run."""
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,13 @@ from lawn_sb3.algos.iql import IQL
 from lawn_sb3.envs import ObservationLayout, Observer
 from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.registry import find_player
+from lawn_sb3.experiment.run_directory.configuration import load_run
+from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
+from lawn_sb3.experiment.weights import load_networks
+from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 
 
@@ -80,3 +88,34 @@ class ModelPlayer:
             **more,
         )
         return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
+
+
+def load_player(cell: Cell, deterministic: bool = True) -> Player:
+    """The player that a finished run left.
+
+    The weights alone are read from the model file, never code: the networks are built from the configuration.
+
+    :param cell: the cell
+    :param deterministic: greedy actions; otherwise sampled
+    :return: the player
+    :raises UserError: if the model is missing or damaged
+    """
+    if cell.method.player is not None:
+        return find_player(cell.method.player)
+    model = build_model(cell, device="cpu")
+    load_networks(model, cell.directory)
+    if hasattr(model, "exploration_final_eps"):  # where training left it
+        model.exploration_rate = model.exploration_final_eps  # type: ignore[attr-defined]
+    return ModelPlayer(model, cell.key, deterministic)
+
+
+def kept_player(folder: Path) -> Player | None:
+    """The trained player of a method, by the first seed whose model is kept.
+
+    :param folder: its runs, ``seed-K`` each
+    :return: the player, greedy; none if no model is kept
+    """
+    for run in sorted(folder.glob("seed-*")):
+        if (run / MODEL_FILE).exists() or (run / WEIGHTS_FILE).exists():
+            return load_player(load_run(run))
+    return None

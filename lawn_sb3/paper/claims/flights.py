@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 from lawn_sb3.envs import Observer
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.finished_run import load_player
-from lawn_sb3.experiment.players import ModelPlayer
+from lawn_sb3.experiment.players import ModelPlayer, load_player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
 from lawn_sb3.paper.claims.comparisons import combine
