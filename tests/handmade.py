@@ -74,4 +74,7 @@ def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float])
 
 def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: Any) -> Results:
     """Results that hold these tables."""
-    return Results(recipe, pd.concat(episodes, ignore_index=True), **tables)
+    results = Results(recipe, pd.concat(episodes, ignore_index=True))
+    for name, rows in tables.items():
+        setattr(results, name, rows)
+    return results
