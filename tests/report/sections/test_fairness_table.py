@@ -7,7 +7,7 @@ import pytest
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.report.sections.fairness_table import caption, fairness
+from lawn_sb3.report.sections.fairness_table import fairness
 from lawn_sb3.results.results import read_results
 from tests.handmade import flown, recipe_of, results_of
 from tests.report.reading import interval_in, numbers_of
@@ -45,4 +45,4 @@ def test_every_method_of_real_runs_has_a_row(recipe: Recipe, small_cells: list[C
     assert table.numbers["utility_mbps"].tolist() == pytest.approx(
         [results.scores(key, "utility_mbps").mean() for key in results.methods]
     )
-    assert "its 4 UAVs" in caption(results)
+    assert "its 4 UAVs" in table.caption
