@@ -46,10 +46,10 @@ def test_the_findings_of_the_readme() -> None:
     says(
         "README.md",
         f"{reward['iql']:.2f} and {reward['qmix']:.2f} against {reward['mappo-state']:.2f}",
-        f"the best has U = {max(utility[key] for key in LEARNERS):.1f} Mbps; flying straight, with no learning, has "
+        f"the best has U = {max(utility[key] for key in LEARNERS):.1f} Mbps, flying straight "
         f"{utility['shortest-path']:.1f}",
         f"one gets {told['loads']:.1f} Mbps out of what the paper lets a UAV see",
-        f"a learner has {told['intents']:.1f} Mbps, the best flights known {told['welfare']:.1f}",
+        f"it has {told['intents']:.1f}; the best flights known {told['welfare']:.1f}",
         f"no closer than {utility['welfare']:.1f} to {utility['bound']:.1f} Mbps a UAV",
     )
 
