@@ -14,7 +14,7 @@ from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.probe import line_in_own_file, policy_error
+from lawn_sb3.experiment.policy_errors import line_in_own_file, policy_error
 from lawn_sb3.experiment.registry import find_algorithm
 from lawn_sb3.experiment.settings import constructor_arguments
 

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import difflib
-import inspect
 import random
-import traceback
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext, suppress
-from pathlib import Path
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -22,6 +18,7 @@ from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from lawn_sb3.algos.mappo.value_normalization import NormalizedValueHead
 from lawn_sb3.algos.qmix import QMIXPolicy
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.policy_errors import policy_error
 from lawn_sb3.experiment.registry import place
 from lawn_sb3.game.simulator import Simulator
 
@@ -32,6 +29,9 @@ READS_OTHERS = (
     "{} change when the other slots of the batch do; an answer may depend on its own slot alone: no batch norm, no "
     "mean over the batch"
 )
+
+Answers = dict[str, th.Tensor]
+"""What the networks answer, by kind: one row per UAV or per game."""
 
 
 class _Breach(Exception):  # noqa: N818  # it is the policy that errs
@@ -65,76 +65,67 @@ def check_policy(model: BaseAlgorithm, name: str) -> None:
     try:
         for training in (False, True):
             with _no_trace(model.policy):
-                said = _ask(model.policy, training, flat, masks, x)
+                answers = _ask(model.policy, training, flat, masks, x)
                 if "state" not in getattr(model.policy_class, "sees", ()):
-                    _compare(said, _ask(model.policy, training, noisy, masks, None), READS_X)
-                _compare(said, _ask(model.policy, training, beside_others, masks, x), READS_OTHERS, kept)
+                    _compare(answers, _ask(model.policy, training, noisy, masks, None), READS_X)
+                _compare(answers, _ask(model.policy, training, beside_others, masks, x), READS_OTHERS, kept)
     except _Breach as breach:
         raise UserError(f"policy {name!r} ({place(model.policy_class)}): {breach}") from None
     except Exception as error:
         raise policy_error(error, model.policy_class, name) from error
 
 
-def _ask(
-    policy: Any, training: bool, flat: NDArray[np.float32], masks: NDArray[np.bool_], x: slice | None
-) -> dict[str, th.Tensor]:
-    """What the networks answer, one row a UAV or a game, from equal seeds each time; critics only where x is told."""
+def _ask(policy: Any, training: bool, flat: NDArray[np.float32], masks: NDArray[np.bool_], x: slice | None) -> Answers:
+    """Ask all networks, from equal seeds each time; those that may read x only where it is told where x lies."""
     for seed in (random.seed, np.random.seed, th.manual_seed):
         seed(0)
     policy.set_training_mode(training)
     num_games, num_uavs, num_actions = masks.shape
     rows = flat.reshape(num_games * num_uavs, -1)
-    obs, said = th.tensor(rows, device=policy.device), dict[str, th.Tensor]()
-    answers, allowed = (len(rows), num_actions), f"the game has {num_actions} actions"
-    memory: tuple[Any, ...] = ()
-    if isinstance(policy, RecurrentActorCriticPolicy):
-        layers, _, units = policy.lstm_hidden_state_shape
-        nothing = th.zeros(layers, len(rows), units, device=policy.device)
-        memory = (nothing, nothing), th.ones(len(rows), device=policy.device)
+    obs = th.tensor(rows, device=policy.device)
     if isinstance(policy, ActorCriticPolicy | MaskableActorCriticPolicy):
-        heard: list[th.Tensor] = []
-        with policy.action_net.register_forward_hook(lambda *call: heard.append(call[2])):
-            try:
-                given: Any = policy.get_distribution(obs, *memory)
-            except (RuntimeError, ValueError):  # a distribution refuses wrong widths and NaN too, but in other words
-                for logits in heard:
-                    _refuse("actor", logits, (*logits.shape[:-1], num_actions), allowed)
-                raise
-        said["logits"] = (given[0] if memory else given).distribution.logits
-        _refuse("actor", said["logits"], answers, allowed)
-        if x is not None:
-            head = policy.value_net  # whose values are all 0 before it has seen any, but for these units
-            with head.normalized_units() if isinstance(head, NormalizedValueHead) else nullcontext():
-                said["values"] = policy.predict_values(obs, *memory)
-            _refuse("critic", said["values"], (len(rows), 1), "allowed is 1, the value of the slot")
+        answers = _ask_actor_critic(policy, obs, num_actions, x is not None)
     else:
-        said["action values"] = policy.action_values(obs)
-        _refuse("Q-network", said["action values"], answers, allowed)
+        answers = {"action values": policy.action_values(obs)}
+        _check("Q-network", answers["action values"], (len(rows), num_actions), f"the game has {num_actions} actions")
     if isinstance(policy, QMIXPolicy) and x is not None:
         local = policy.seen(obs).reshape(num_games, num_uavs, -1)
         actions = th.zeros(num_games, num_uavs, dtype=th.long, device=policy.device)
-        said["values of games"] = policy.game_values(local, obs[::num_uavs, x], actions, actions == 0)
-        _refuse("mixer", said["values of games"], (num_games,), "one value a game")
+        answers["values of games"] = policy.game_values(local, obs[::num_uavs, x], actions, actions == 0)
+        _check("mixer", answers["values of games"], (num_games,), "one value per game")
     if not training:
-        more = {"action_masks": masks.reshape(answers)} if isinstance(policy, MaskableActorCriticPolicy) else {}
-        said["greedy actions"] = th.as_tensor(policy.predict(rows.copy(), deterministic=True, **more)[0])
-    return said
+        mask = {"action_masks": masks.reshape(len(rows), -1)} if isinstance(policy, MaskableActorCriticPolicy) else {}
+        answers["greedy actions"] = th.as_tensor(policy.predict(rows.copy(), deterministic=True, **mask)[0])
+    return answers
 
 
-def _compare(said: dict[str, th.Tensor], then: dict[str, th.Tensor], wrong: str, kept: Any = None) -> None:
-    """Refuse answers that changed by a single bit; of rows that were kept beside others, by more than is rounded."""
-    rounding = 0.0 if kept is None else ROUNDING
-    for kind, answers in then.items():
-        same = th.isclose(answers.double(), said[kind].double(), rtol=rounding, atol=rounding)
-        changed = ~same.reshape(len(answers), -1).all(dim=1).cpu().numpy()
-        if kept is not None:
-            changed = changed[kept.ravel() if len(changed) == kept.size else kept.all(axis=1)]
-            changed &= kind != "greedy actions"  # which may be others where two are worth nearly the same
-        if changed.any():
-            raise _Breach(wrong.format(f"{changed.sum()} of {len(changed)} {kind}"))
+def _ask_actor_critic(policy: Any, obs: th.Tensor, num_actions: int, critic_too: bool) -> Answers:
+    """Logits, and values in normalised units: in units of the reward all are 0 before the critic has seen any."""
+    memory: tuple[Any, ...] = ()
+    if isinstance(policy, RecurrentActorCriticPolicy):
+        layers, _, units = policy.lstm_hidden_state_shape
+        nothing = th.zeros(layers, len(obs), units, device=policy.device)
+        memory = (nothing, nothing), th.ones(len(obs), device=policy.device)
+    heard: list[th.Tensor] = []
+    with policy.action_net.register_forward_hook(lambda *call: heard.append(call[2])):
+        try:
+            given = policy.get_distribution(obs, *memory)
+            logits = (given[0] if memory else given).distribution.logits
+        except (RuntimeError, ValueError):  # a distribution refuses wrong widths and NaN too, but in other words
+            for wrong in heard:
+                _check("actor", wrong, (*wrong.shape[:-1], num_actions), f"the game has {num_actions} actions")
+            raise
+    _check("actor", logits, (len(obs), num_actions), f"the game has {num_actions} actions")
+    if not critic_too:
+        return {"logits": logits}
+    head = policy.value_net
+    with head.normalized_units() if isinstance(head, NormalizedValueHead) else nullcontext():
+        values = policy.predict_values(obs, *memory)
+    _check("critic", values, (len(obs), 1), "allowed is 1, the value of the slot")
+    return {"logits": logits, "values": values}
 
 
-def _refuse(who: str, answer: th.Tensor, shape: tuple[int, ...], allowed: str) -> None:
+def _check(who: str, answer: th.Tensor, shape: tuple[int, ...], allowed: str) -> None:
     """Refuse an answer of another shape, or that is no number; minus infinity may rule out actions, though not all."""
     if answer.shape != shape:
         as_deep = answer.shape[:-1] == shape[:-1]
@@ -146,6 +137,19 @@ def _refuse(who: str, answer: th.Tensor, shape: tuple[int, ...], allowed: str) -
     bad = ~good.reshape(len(answer), -1).all(dim=1)
     if bad.any():
         raise _Breach(f"its {who} answers {int(bad.sum())} of {len(bad)} real observations with NaN or infinity")
+
+
+def _compare(real: Answers, changed: Answers, wrong: str, kept: Any = None) -> None:
+    """Refuse answers that changed by a single bit; of rows that were kept beside others, by more than is rounded."""
+    rounding = 0.0 if kept is None else ROUNDING
+    for kind, answers in changed.items():
+        same = th.isclose(answers.double(), real[kind].double(), rtol=rounding, atol=rounding)
+        differ = ~same.reshape(len(answers), -1).all(dim=1).cpu().numpy()
+        if kept is not None:
+            differ = differ[kept.ravel() if len(differ) == kept.size else kept.all(axis=1)]
+            differ &= kind != "greedy actions"  # which may be others where two are worth nearly the same
+        if differ.any():
+            raise _Breach(wrong.format(f"{differ.sum()} of {len(differ)} {kind}"))
 
 
 @contextmanager
@@ -163,37 +167,3 @@ def _no_trace(policy: BasePolicy) -> Iterator[None]:
                 part.training = training
             for tensor, value in zip(tensors, kept, strict=True):
                 tensor.copy_(value)
-
-
-def policy_error(error: Exception, policy: type[BasePolicy], name: str) -> UserError:
-    """Put whatever was raised while a policy was built or asked into one line.
-
-    :param error: the exception, with its traceback
-    :param policy: the policy class
-    :param name: what the user calls the policy
-    :return: the error: name, file, line in this file if the error passed through it, and the reason's first line
-    """
-    line, reason = line_in_own_file(error, policy), next(iter(str(error).strip().splitlines()), "")
-    if not isinstance(error, UserError):
-        reason = f"{type(error).__name__}: {reason}".removesuffix(": ")
-    near = []
-    if isinstance(error, AttributeError) and isinstance(error.name, str):
-        with suppress(AttributeError):  # of a torch module that is not built yet
-            near = difflib.get_close_matches(error.name, dir(error.obj), n=1)
-    hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return UserError(f"policy {name!r} ({place(policy)}{'' if line is None else f', line {line}'}): {reason}{hint}")
-
-
-def line_in_own_file(error: Exception, policy: type[BasePolicy]) -> int | None:
-    """Find where an error passed through a policy's own file.
-
-    :param error: the exception, with its traceback
-    :param policy: the policy class
-    :return: the last such line; none if it passed elsewhere
-    """
-    try:
-        own = Path(inspect.getfile(policy)).resolve()
-    except (TypeError, OSError):
-        return None
-    passed = [(Path(frame.f_code.co_filename), line) for frame, line in traceback.walk_tb(error.__traceback__)]
-    return next((line for path, line in reversed(passed) if path.resolve() == own), None)

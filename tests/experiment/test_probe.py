@@ -22,7 +22,8 @@ from lawn_sb3.envs import make_vec_env
 from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.probe import check_policy, policy_error
+from lawn_sb3.experiment.policy_errors import policy_error
+from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.registry import REPOSITORY, algorithm_for, find_algorithm, place
 from lawn_sb3.scenario import Scenario
 from tests.algos.games import STEP
@@ -232,7 +233,7 @@ class ColumnTeam(QMIXPolicy):
         (CriticOf2, "critic answers with 2 numbers, allowed is 1, the value of the slot"),
         (QOf64, "Q-network answers with 64 numbers, the game has 63 actions"),
         (QuantilesOf62, "Q-network answers with 62 numbers, the game has 63 actions"),
-        (ColumnTeam, "mixer answers with shape [16, 1] in place of [16], one value a game"),
+        (ColumnTeam, "mixer answers with shape [16, 1] in place of [16], one value per game"),
     ],
 )
 def test_an_answer_of_the_wrong_width_is_refused(policy: type[BasePolicy], wrong: str) -> None:

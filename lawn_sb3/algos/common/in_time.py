@@ -42,11 +42,7 @@ class InTimeQ(nn.Module):
         return values.masked_fill(~self.allowed(seen), FORBIDDEN)
 
     def allowed(self, seen: th.Tensor) -> th.Tensor:
-        """Which moves are allowed.
-
-        :param seen: local observations o_i and what else is seen [B, anything]
-        :return: true for a move that is [B, A]
-        """
+        """Which moves are allowed [B, A], by what is seen [B, anything]."""
         return in_time(self.encoder, seen, self.max_slots, self.slack)
 
 
@@ -77,7 +73,7 @@ def in_time(encoder: Encoder, seen: th.Tensor, max_slots: int, slack: int | None
 
 
 def draw_allowed(allowed: NDArray[np.bool_]) -> NDArray[np.int64]:
-    """Draw one allowed action a row, each as likely as any other.
+    """Draw one allowed action per row, each as likely as any other.
 
     :param allowed: true for an action that is allowed, at least one in each row [B, A]
     :return: actions [B]

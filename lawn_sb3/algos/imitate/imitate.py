@@ -61,12 +61,7 @@ class Imitate(EpisodeMAPPO):
         super().__init__(policy, env, **kwargs)
 
     def collect_rollouts(self, *args: Any, **kwargs: Any) -> bool:
-        """Play one episode of every game: the planner while it is imitated, and then the actor.
-
-        :param args: as in :class:`EpisodeMAPPO`
-        :param kwargs: as there
-        :return: false if the callback ended the training
-        """
+        """Play one episode of every game: the planner while it is imitated, and then the actor."""
         self._teaching = self.num_timesteps < self.taught_fraction * self._total_timesteps
         self._games_started = False
         return super().collect_rollouts(*args, **kwargs)

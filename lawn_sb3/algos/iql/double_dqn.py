@@ -14,11 +14,7 @@ class DoubleDQN(DQN):
     """
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
-        """Update the network by some minibatches.
-
-        :param gradient_steps: number of minibatches
-        :param batch_size: transitions in each
-        """
+        """Update the network by ``gradient_steps`` minibatches of ``batch_size`` transitions."""
         target_net = self.q_net_target
         # SB3's train takes the largest value the target network answers: it gets an answer with one value alone.
         self.q_net_target = double_q(self.q_net, target_net)  # type: ignore[assignment]

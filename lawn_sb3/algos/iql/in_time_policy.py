@@ -56,10 +56,7 @@ class InTimeQPolicy(DQNPolicy):
         super().__init__(observation_space, action_space, lr_schedule, net_arch, **kwargs)
 
     def make_q_net(self) -> QNetwork:
-        """Build the Q-network, or its target.
-
-        :return: SB3's, with layers that answer in the symmetric frame
-        """
+        """SB3's Q-network, or its target, with layers that answer in the symmetric frame."""
         made = super().make_q_net()
         encoder = Encoder(self.scenario, self.layout, self.sees, symmetric=self.symmetric, inputs=self.inputs)
         hidden = nn.Sequential(
@@ -69,11 +66,7 @@ class InTimeQPolicy(DQNPolicy):
         return made.to(self.device)
 
     def allowed(self, seen: th.Tensor) -> th.Tensor:
-        """Which moves are in time.
-
-        :param seen: what the learner sees [B, anything]
-        :return: true for such a move [B, A]
-        """
+        """Which moves are in time [B, A], by what the learner sees [B, anything]."""
         layers: Any = self.q_net.q_net
         moves: th.Tensor = layers.allowed(seen)
         return moves

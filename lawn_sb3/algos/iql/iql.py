@@ -143,11 +143,7 @@ class IQL(DQN):
         return learner
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
-        """Update every learner from its own replay.
-
-        :param gradient_steps: minibatches of each learner
-        :param batch_size: transitions in each
-        """
+        """Update every learner from its own replay, by ``gradient_steps`` minibatches of ``batch_size`` each."""
         if self.gradient_steps < 0:  # SB3 counted the transitions of all learners
             gradient_steps //= len(self.learners)
         for learner in self.learners:
@@ -176,8 +172,7 @@ class IQL(DQN):
         """Choose actions, epsilon-greedy: every slot flips a coin of its own.
 
         :param observation: flat observations of whole games [G * N, flat_dim]; row g * N + i is UAV i of game g
-        :param state: as in SB3; unused
-        :param episode_start: as in SB3; unused
+        :param state: unused, as is ``episode_start``
         :param deterministic: greedy actions
         :return: actions [G * N], and ``state`` as it was
         """
@@ -205,30 +200,20 @@ class IQL(DQN):
         return super()._sample_action(learning_starts, action_noise, n_envs)
 
     def load_replay_buffer(self, path: str | Path | io.BufferedIOBase, truncate_last_traj: bool = True) -> None:
-        """Load all learners' replays from a file.
-
-        :param path: what ``save_replay_buffer`` wrote
-        :param truncate_last_traj: as in SB3; unused
-        """
+        """Load all learners' replays from a file that ``save_replay_buffer`` wrote."""
         saved = load_from_pkl(path, self.verbose)
         for own, other in zip(self.replay_buffer.replays, saved.replays, strict=True):
             restore_content(own, replay_content(other))
 
     def memory(self) -> dict[str, Any]:
-        """What the learners remember that is not saved with the model.
-
-        :return: the content of every replay, and the state of the stream that random play is drawn from
-        """
+        """What is not saved with the model: the replays' content, and the state of the stream of random play."""
         return {
             "replays": [replay_content(replay) for replay in self.replay_buffer.replays],
             "random_play": self.action_space.np_random.bit_generator.state,
         }
 
     def restore_memory(self, memory: dict[str, Any]) -> None:
-        """Remember it again.
-
-        :param memory: what :meth:`memory` returned
-        """
+        """Take back what :meth:`memory` returned."""
         for replay, content in zip(self.replay_buffer.replays, memory["replays"], strict=True):
             restore_content(replay, content)
         self.action_space.np_random.bit_generator.state = memory["random_play"]

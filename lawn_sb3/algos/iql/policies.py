@@ -37,12 +37,7 @@ class IndependentPolicy(BasePolicy):
         self.views = views
 
     def forward(self, obs: th.Tensor, deterministic: bool = True) -> th.Tensor:
-        """Choose actions.
-
-        :param obs: flat observations of whole games [G * N, flat_dim]; row g * N + i is UAV i of game g
-        :param deterministic: as in SB3; exploration is the algorithm's
-        :return: actions [G * N]
-        """
+        """Greedy actions [G * N] for flat observations of whole games; exploring is the algorithm's."""
         return self._predict(obs, deterministic)
 
     def _predict(self, observation: PyTorchObs, deterministic: bool = True) -> th.Tensor:
@@ -50,7 +45,7 @@ class IndependentPolicy(BasePolicy):
         num_uavs = self.views.layout.num_uavs
         if len(observation) % num_uavs:
             raise ValueError(
-                f"{len(observation)} observations are no whole games of {num_uavs} UAVs: give one row a UAV, game by "
+                f"{len(observation)} observations are no whole games of {num_uavs} UAVs: give one row per UAV, game by "
                 "game, so that each is answered by its own network"
             )
         actions = th.empty(len(observation), dtype=th.long, device=observation.device)
@@ -92,10 +87,7 @@ class IndependentPolicy(BasePolicy):
         return moves
 
     def set_training_mode(self, mode: bool) -> None:
-        """Put all learners' policies in training or evaluation mode.
-
-        :param mode: training
-        """
+        """Put all learners' policies in training or evaluation mode."""
         for policy in self.learners:
             assert isinstance(policy, BasePolicy)
             policy.set_training_mode(mode)

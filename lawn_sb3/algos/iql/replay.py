@@ -35,12 +35,8 @@ class ReplayRouter:
     ) -> None:
         """Hand every learner its slots of one vector step.
 
-        :param obs: flat observations [G * N, flat_dim]
+        :param obs: flat observations [G * N, flat_dim]; the others are [G * N] or as long
         :param next_obs: those that followed, the last of a mission where it ended
-        :param action: actions [G * N]
-        :param reward: rewards [G * N]
-        :param done: whether the mission ended [G * N]
-        :param infos: one dictionary a slot
         """
         before, after = th.as_tensor(obs), th.as_tensor(next_obs)
         for learner, replay in enumerate(self.replays):
@@ -56,22 +52,14 @@ class ReplayRouter:
 
 
 def replay_content(replay: ReplayBuffer) -> dict[str, Any]:
-    """Copy what a replay holds, without the part that is still empty.
-
-    :param replay: the replay
-    :return: its arrays up to their fill, and its position
-    """
+    """Copy what a replay holds: its arrays without the part that is still empty, and its position."""
     fill = replay.size()
     arrays = {name: array[:fill].copy() for name, array in _arrays(replay).items()}
     return {"arrays": arrays, "pos": replay.pos, "full": replay.full}
 
 
 def restore_content(replay: ReplayBuffer, content: dict[str, Any]) -> None:
-    """Fill a replay as it was.
-
-    :param replay: a replay of the same size
-    :param content: what :func:`replay_content` returned
-    """
+    """Fill a replay of the same size with what :func:`replay_content` returned."""
     for name, array in _arrays(replay).items():
         kept = content["arrays"][name]
         array[: len(kept)] = kept
@@ -79,7 +67,7 @@ def restore_content(replay: ReplayBuffer, content: dict[str, Any]) -> None:
 
 
 def _arrays(replay: ReplayBuffer) -> dict[str, NDArray[Any]]:
-    """The arrays with one row a vector step."""
+    """The arrays with one row per vector step."""
     return {
         name: value
         for name, value in vars(replay).items()

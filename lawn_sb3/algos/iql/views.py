@@ -13,7 +13,7 @@ from lawn_sb3.envs.observation import ObservationLayout, Sight
 
 @dataclass(frozen=True)
 class LearnerViews:
-    """The view of every learner: one a UAV, or a single one that all UAVs share.
+    """The view of every learner: one per UAV, or a single one that all UAVs share.
 
     Learner i has slots i, N + i, 2N + i, ... and sees o_i alone. A shared learner has all slots and sees o_i with the
     UAV's index, one-hot, appended.
@@ -43,11 +43,7 @@ class LearnerViews:
         return spaces.Box(-np.inf, np.inf, (self.layout.seen(self.sees).stop + extra,), np.float32)
 
     def slots(self, learner: int) -> slice:
-        """The slots of a learner.
-
-        :param learner: its index
-        :return: where they lie in the vector
-        """
+        """Where the slots of a learner lie in the vector."""
         return slice(None) if self.shared else slice(learner, None, self.layout.num_uavs)
 
     def observe(self, learner: int, flat: th.Tensor) -> th.Tensor:
@@ -55,7 +51,7 @@ class LearnerViews:
 
         :param learner: its index
         :param flat: flat observations of all slots [G * N, flat_dim]
-        :return: one row a slot of the learner
+        :return: one row per slot of the learner
         """
         local = flat[self.slots(learner), self.layout.seen(self.sees)]
         if not self.shared:

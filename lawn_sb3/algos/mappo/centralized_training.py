@@ -19,7 +19,6 @@ from torch import nn
 
 from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
-from lawn_sb3.envs.observation import ObservationLayout
 from lawn_sb3.game.simulator import Continuation
 
 
@@ -109,32 +108,26 @@ class CentralizedTraining(OnPolicyAlgorithm):
         env: GymEnv | None = None,
         device: th.device | str = "auto",
         custom_objects: dict[str, Any] | None = None,
-        print_system_info: bool = False,
-        force_reset: bool = True,
+        *args: Any,
         **kwargs: Any,
     ) -> Self:
         """Load a model as SB3 does; with games of another N if its networks are the same for every N.
 
         :param path: what ``save`` wrote
         :param env: an environment to go on in
-        :param device: as in SB3
-        :param custom_objects: as in SB3
-        :param print_system_info: as in SB3
-        :param force_reset: as in SB3
-        :param kwargs: as in SB3
+        :param device: as in SB3, as all others
         :return: the model
         :raises ValueError: if its networks depend on N and the environment has another one
         """
-        replaced = dict(custom_objects or {})
-        trained, asked = _layouts(path, env)
-        if env is not None and asked is not None and trained != asked:
-            replaced["observation_space"] = env.observation_space
-            replaced["policy_kwargs"] = {**_saved(path)["policy_kwargs"], "layout": asked}
+        asked = env.get_attr("layout", [0])[0] if isinstance(env, VecEnv) and env.has_attr("layout") else None
+        policy_kwargs = {} if asked is None else _saved_policy_kwargs(path)
+        trained = policy_kwargs.get("layout")
+        if env is None or trained is None or trained == asked:
+            return super().load(path, env, device, custom_objects, *args, **kwargs)
+        replaced = {"observation_space": env.observation_space, "policy_kwargs": {**policy_kwargs, "layout": asked}}
         try:
-            return super().load(path, env, device, replaced, print_system_info, force_reset, **kwargs)
+            return super().load(path, env, device, {**(custom_objects or {}), **replaced}, *args, **kwargs)
         except RuntimeError as error:
-            if trained == asked:
-                raise
             raise ValueError(
                 f"the model was trained for {trained} and its networks do not fit {asked}: a critic that reads x has "
                 "another input there"
@@ -144,19 +137,11 @@ class CentralizedTraining(OnPolicyAlgorithm):
         return [*super()._excluded_save_params(), "_value_head"]
 
 
-def _saved(path: str | Path | io.BufferedIOBase) -> dict[str, Any]:
-    """The attributes that a saved model holds."""
+def _saved_policy_kwargs(path: str | Path | io.BufferedIOBase) -> dict[str, Any]:
+    """The arguments of the policy that a saved model holds."""
     data, _, _ = load_from_zip_file(path, device="cpu")
     if isinstance(path, io.BufferedIOBase):
         path.seek(0)
     assert data is not None
-    return data
-
-
-def _layouts(
-    path: str | Path | io.BufferedIOBase, env: GymEnv | None
-) -> tuple[ObservationLayout | None, ObservationLayout | None]:
-    """The layouts that a saved model was trained with and that an environment has."""
-    if not isinstance(env, VecEnv) or not env.has_attr("layout"):
-        return None, None
-    return _saved(path)["policy_kwargs"].get("layout"), env.get_attr("layout", [0])[0]
+    policy_kwargs: dict[str, Any] = data["policy_kwargs"]
+    return policy_kwargs

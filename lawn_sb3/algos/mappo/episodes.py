@@ -130,10 +130,7 @@ class EpisodeMAPPO(MaskableMAPPO):
         """Play one episode of every game.
 
         :param env: from :func:`lawn_sb3.envs.make_vec_env` with ``continuation="episode"``
-        :param callback: called at every slot
-        :param rollout_buffer: where the slots go
-        :param n_rollout_steps: as in SB3; not needed
-        :param use_masking: as in sb3-contrib; masks are always used
+        :param n_rollout_steps: unused, as is ``use_masking``: masks are always used
         :return: false if the callback ended the training
         """
         assert isinstance(env, FlatVecEnv)

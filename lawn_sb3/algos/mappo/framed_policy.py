@@ -46,19 +46,11 @@ class FramedLayers(nn.Module):
         self.reluctance = nn.Parameter(th.tensor(policy.reluctance)) if policy.reluctance else None
 
     def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
-        """Run both.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: logits [B, A] and the critic's features [B, latent_dim_vf]
-        """
+        """Logits [B, A] and the critic's features [B, latent_dim_vf] of flat observations [B, flat_dim]."""
         return self.forward_actor(flat), self.forward_critic(flat)
 
     def forward_actor(self, flat: th.Tensor) -> th.Tensor:
-        """Run the actor on what its policy sees.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: logits [B, A]
-        """
+        """Logits [B, A] of what the policy sees of flat observations [B, flat_dim]."""
         seen = self._views[0](flat)
         features, turn = self.encoder(seen)
         logits = self.encoder.turn_back(self.policy_net(features), turn)
@@ -67,11 +59,7 @@ class FramedLayers(nn.Module):
         return logits - self.reluctance * ~in_time(self.encoder, seen, self.max_slots, slack=0)
 
     def forward_critic(self, flat: th.Tensor) -> th.Tensor:
-        """Run the critic's hidden layers.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: its features [B, latent_dim_vf]
-        """
+        """The critic's features [B, latent_dim_vf] of flat observations [B, flat_dim]."""
         features: th.Tensor = self.value_net(self._views[1](flat))
         return features
 
@@ -113,12 +101,7 @@ class FramedPolicy(MaskableCTDEPolicy):
         super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
 
     def make_encoder(self, sees: Collection[Sight], loads: bool = True) -> Encoder:
-        """How what is seen is put to a network.
-
-        :param sees: what is seen besides o_i
-        :param loads: whether the cell loads are looked at, and the EMA rate that they leave
-        :return: the encoder
-        """
+        """How what is seen is put to a network; the arguments are those of :class:`Encoder`."""
         return Encoder(self.scenario, self.layout, sees, loads, symmetric=self.symmetric, inputs=self.inputs)
 
     def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:

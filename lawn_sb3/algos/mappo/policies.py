@@ -41,28 +41,16 @@ class ActorCriticExtractor(nn.Module):
         self.latent_dim_vf = vf[-1]
 
     def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
-        """Run both.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: what the actor and the critic made of them
-        """
+        """Features of the actor [B, latent_dim_pi] and of the critic [B, latent_dim_vf]."""
         return self.forward_actor(flat), self.forward_critic(flat)
 
     def forward_actor(self, flat: th.Tensor) -> th.Tensor:
-        """Run the actor's hidden layers.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: its features [B, latent_dim_pi]
-        """
+        """The actor's features [B, latent_dim_pi] of flat observations [B, flat_dim]."""
         out: th.Tensor = self.policy_net(self._views[0](flat))
         return out
 
     def forward_critic(self, flat: th.Tensor) -> th.Tensor:
-        """Run the critic's hidden layers.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: its features [B, latent_dim_vf]
-        """
+        """The critic's features [B, latent_dim_vf] of flat observations [B, flat_dim]."""
         out: th.Tensor = self.value_net(self._views[1](flat))
         return out
 

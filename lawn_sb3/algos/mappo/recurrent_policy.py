@@ -28,11 +28,7 @@ class View(BaseFeaturesExtractor):
         self._view = view
 
     def forward(self, flat: th.Tensor) -> th.Tensor:
-        """Look.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: what is seen of them [B, F]
-        """
+        """What is seen [B, F] of flat observations [B, flat_dim]."""
         return self._view(flat)
 
 

@@ -43,11 +43,7 @@ class NormalizedValueHead(nn.Module):
         self._in_normalized_units = False
 
     def forward(self, features: th.Tensor) -> th.Tensor:
-        """Value of a state.
-
-        :param features: what the critic's hidden layers made of it [B, F]
-        :return: values [B, 1] in reward units, or normalised inside :meth:`normalized_units`
-        """
+        """Values [B, 1] of features [B, F]: in reward units, or normalised inside :meth:`normalized_units`."""
         values: th.Tensor = self.linear(features)
         if self._in_normalized_units:
             return values
@@ -63,11 +59,7 @@ class NormalizedValueHead(nn.Module):
             self._in_normalized_units = False
 
     def normalize(self, values: th.Tensor) -> th.Tensor:
-        """Convert values from reward units to normalised units.
-
-        :param values: in reward units
-        :return: in normalised units
-        """
+        """Convert values from reward units to normalised units."""
         return (values - self.mean.item()) / (self.std.item() or 1.0)
 
     def forget(self) -> None:
@@ -77,10 +69,7 @@ class NormalizedValueHead(nn.Module):
 
     @th.no_grad()
     def update(self, returns: NDArray[np.float32]) -> None:
-        """Take mean and standard deviation from the returns of a rollout.
-
-        :param returns: in reward units
-        """
+        """Take mean and standard deviation from the returns of a rollout, in reward units."""
         mean, std = float(returns.mean(dtype=np.float64)), float(returns.std(dtype=np.float64))
         if std <= CONSTANT * max(abs(mean), self.std.item()):  # says nothing about scale: keep the old one
             std = self.std.item()

@@ -51,15 +51,9 @@ class RecurrentMAPPO(CentralizedTraining, RecurrentPPO):
             self.rollout_buffer.value_head = self._value_head  # type: ignore[attr-defined]
 
     def memory(self) -> Any:
-        """What an interrupted training needs besides the saved model: the states of the LSTM.
-
-        :return: something that can be pickled
-        """
+        """What is not saved with the model: the states of the LSTM."""
         return self._last_lstm_states
 
     def restore_memory(self, memory: Any) -> None:
-        """Take back the states of the LSTM.
-
-        :param memory: what :meth:`memory` returned
-        """
+        """Take back what :meth:`memory` returned."""
         self._last_lstm_states = memory

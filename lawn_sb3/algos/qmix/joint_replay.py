@@ -1,4 +1,4 @@
-"""Joint replay: the flat slots regrouped into games, one joint transition an entry."""
+"""Joint replay: the flat slots regrouped into games, one joint transition per entry."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class JointReplayBuffer(ReplayBuffer):
         :param action: actions [G * N]
         :param reward: rewards [G * N]
         :param done: whose missions ended [G * N]
-        :param infos: infos, one a slot
+        :param infos: infos, one per slot
         """
         flying, ended = self.now_flying, done.astype(bool).reshape(self._shape)
         truncated = np.array([info.get("TimeLimit.truncated", False) for info in infos], dtype=bool)
@@ -177,18 +177,12 @@ class JointReplayBuffer(ReplayBuffer):
         return tensor[:, :end].reshape(len(joint), self.layout.num_uavs, -1), tensor[:, end:]
 
     def content(self) -> dict[str, Any]:
-        """All that the buffer holds, without the room that is still empty.
-
-        :return: the transitions by array, the position and who is flying
-        """
+        """All that the buffer holds, without the room that is still empty."""
         arrays = {name: getattr(self, name)[: self.size()].copy() for name in STORED}
         return {**arrays, "pos": self.pos, "full": self.full, "now_flying": self.now_flying.copy()}
 
     def restore(self, content: dict[str, Any]) -> None:
-        """Go back to what a buffer of the same size held.
-
-        :param content: what :meth:`content` returned
-        """
+        """Go back to what a buffer of the same size held when :meth:`content` returned it."""
         for name in STORED:
             getattr(self, name)[: len(content[name])] = content[name]
         self.pos, self.full = content["pos"], content["full"]

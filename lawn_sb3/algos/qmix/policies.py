@@ -86,20 +86,12 @@ class QMIXPolicy(BasePolicy):
         return flat[:, self.layout.seen(self.sees)]
 
     def action_values(self, flat: th.Tensor) -> th.Tensor:
-        """Each UAV's own Qs.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: action values [B, A]
-        """
+        """Each UAV's own Qs [B, A], of flat observations [B, flat_dim]."""
         values: th.Tensor = self.q_net(self.seen(flat))
         return values
 
     def allowed(self, local: th.Tensor) -> th.Tensor | None:
-        """Which moves may be taken at all, where the policy says so.
-
-        :param local: local observations and what else is seen [B, at least local_dim]
-        :return: true for such a move [B, A]; none if all may
-        """
+        """Which moves may be taken at all [B, A], by what is seen [B, at least local_dim]; none if all may."""
         return None
 
     def make_mixer(self) -> nn.Module:
@@ -110,17 +102,11 @@ class QMIXPolicy(BasePolicy):
         raise NotImplementedError(f"{type(self).__name__} does not say how Qs are mixed: override make_mixer")
 
     def trained_parameters(self) -> list[nn.Parameter]:
-        """What the optimiser moves: the Q-network and the mixer, not their targets.
-
-        :return: the parameters
-        """
+        """What the optimiser moves: the Q-network and the mixer, not their targets."""
         return [*self.q_net.parameters(), *self.mixer.parameters()]
 
     def target_parameters(self) -> list[nn.Parameter]:
-        """The target copies of :meth:`trained_parameters`, in the same order.
-
-        :return: the parameters
-        """
+        """The target copies of :meth:`trained_parameters`, in the same order."""
         return [*self.q_net_target.parameters(), *self.mixer_target.parameters()]
 
     def game_values(
@@ -156,12 +142,7 @@ class QMIXPolicy(BasePolicy):
         return actions
 
     def forward(self, obs: th.Tensor, deterministic: bool = True) -> th.Tensor:
-        """Act.
-
-        :param obs: flat observations [B, flat_dim]
-        :param deterministic: ignored: exploration is the algorithm's
-        :return: greedy actions [B]
-        """
+        """Greedy actions [B] for flat observations [B, flat_dim]; exploring is the algorithm's."""
         return self._predict(obs, deterministic)
 
     def _predict(self, observation: PyTorchObs, deterministic: bool = False) -> th.Tensor:
@@ -214,21 +195,13 @@ class InTimeQMIXPolicy(QMIXPolicy):
         super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
 
     def make_q_net(self, num_actions: int) -> InTimeQ:
-        """Build the Q-network.
-
-        :param num_actions: A
-        :return: the network
-        """
+        """Build the Q-network."""
         encoder = Encoder(self.scenario, self.layout, self.sees, symmetric=self.symmetric, inputs=self.inputs)
         hidden = nn.Sequential(*create_mlp(encoder.width, num_actions, self.net_arch, self.activation_fn))
         return InTimeQ(encoder, hidden, self.scenario.max_slots, self.slack)
 
     def allowed(self, local: th.Tensor) -> th.Tensor:
-        """Which moves are in time.
-
-        :param local: local observations and what else is seen [B, at least local_dim]
-        :return: true for such a move [B, A]
-        """
+        """Which moves are in time [B, A], by what is seen [B, at least local_dim]."""
         q_net: Any = self.q_net
         moves: th.Tensor = q_net.allowed(local)
         return moves

@@ -93,22 +93,13 @@ class QMIX(DQN):
         )
 
     def set_env(self, env: GymEnv, force_reset: bool = True) -> None:
-        """Change the environment.
-
-        :param env: the environment, as for the constructor
-        :param force_reset: as in SB3
-        :raises ValueError: if it does not fit
-        """
+        """Change the environment, as SB3 does; one that does not fit is refused."""
         if isinstance(env, VecEnv):
             _check_games(env)
         super().set_env(env, force_reset)
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
-        """Update Q-network, mixer and, when due, their targets.
-
-        :param gradient_steps: updates
-        :param batch_size: joint transitions per update
-        """
+        """Update Q-network and mixer by ``gradient_steps`` minibatches, and their targets when they are due."""
         self.policy.set_training_mode(True)
         self._update_learning_rate(self.policy.optimizer)
         losses = []
@@ -130,11 +121,7 @@ class QMIX(DQN):
 
     @th.no_grad()
     def target_values(self, batch: JointSamples) -> th.Tensor:
-        """What the values of a batch are drawn to: team reward and discounted value of what follows.
-
-        :param batch: joint transitions
-        :return: [B]
-        """
+        """What the values of a batch are drawn to [B]: team reward and discounted value of what follows."""
         policy, flying = self.policy, batch.next_flying
         actions = policy.greedy_actions(batch.next_local, flying, target=not self.double_q)
         following = policy.game_values(batch.next_local, batch.next_state, actions, flying, target=True)
@@ -150,10 +137,9 @@ class QMIX(DQN):
         """Act, each UAV by its own Q.
 
         :param observation: flat observations
-        :param state: as in SB3
-        :param episode_start: as in SB3
+        :param state: unused, as is ``episode_start``
         :param deterministic: greedy; otherwise each action is random with the chance ``exploration_rate``
-        :return: actions and the state
+        :return: actions, and ``state`` as it was
         """
         actions, state = self.policy.predict(observation, state, episode_start, deterministic)
         if deterministic:
@@ -205,12 +191,7 @@ class QMIX(DQN):
         return result
 
     def collect_rollouts(self, *args: Any, **kwargs: Any) -> RolloutReturn:
-        """Play as SB3 does.
-
-        :param args: as in SB3
-        :param kwargs: as in SB3
-        :return: what was played
-        """
+        """Play as SB3 does, to where a callback may stop it."""
         rollout = super().collect_rollouts(*args, **kwargs)
         if not rollout.continue_training:
             # A callback stopped SB3 between a step and its storing: the replay no longer knows who is flying.
@@ -218,17 +199,11 @@ class QMIX(DQN):
         return rollout
 
     def memory(self) -> dict[str, Any]:
-        """What an interrupted training needs besides the saved model: the content of the replay.
-
-        :return: something that can be pickled
-        """
+        """What is not saved with the model: the content of the replay."""
         return self.replay_buffer.content()
 
     def restore_memory(self, memory: dict[str, Any]) -> None:
-        """Take back the content of the replay.
-
-        :param memory: what :meth:`memory` returned
-        """
+        """Take back what :meth:`memory` returned."""
         self.replay_buffer.restore(memory)
 
 
