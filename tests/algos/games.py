@@ -1,32 +1,16 @@
-"""A learner of whole games small enough to train in a fraction of a second, and games worked out by hand."""
+"""Games whose every number can be worked out by hand."""
+
+from __future__ import annotations
 
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 from gymnasium import spaces
+from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
-from lawn_sb3.algos.qmix import QMIX
-from lawn_sb3.envs import ObservationLayout, make_vec_env
-from policies.monotonic_mixer import MonotonicMixerPolicy
-from tests.algos.small import NUM_GAMES, SMALL
-
-STEP = NUM_GAMES * 2
-"""Agent steps in one vector step of the small games."""
-
-
-def whole_games(**kwargs: Any) -> VecEnv:
-    return make_vec_env(SMALL, NUM_GAMES, continuation="episode", **kwargs)
-
-
-def team(policy: Any = MonotonicMixerPolicy, env: VecEnv | None = None, **kwargs: Any) -> QMIX:
-    """A small QMIX, untrained."""
-    small: dict[str, Any] = {
-        "buffer_size": 800, "learning_starts": 4 * STEP, "batch_size": 32, "target_update_interval": 10,
-        "policy_kwargs": {"net_arch": [32, 32]}, "seed": 0, "device": "cpu",
-    }  # fmt: skip
-    return QMIX(policy, env or whole_games(), **{**small, **kwargs})
+from lawn_sb3.envs import ObservationLayout
 
 
 class ScriptedVecEnv(VecEnv):
@@ -43,7 +27,7 @@ class ScriptedVecEnv(VecEnv):
         self.render_mode = None
         super().__init__(num_games * layout.num_uavs, layout.flat_space(), spaces.Discrete(num_actions))
 
-    def step_async(self, actions: np.ndarray) -> None:
+    def step_async(self, actions: NDArray[Any]) -> None:
         self.actions = np.asarray(actions).reshape(self.num_games, self.layout.num_uavs)
 
     def close(self) -> None:
@@ -76,7 +60,7 @@ class MatrixGame(ScriptedVecEnv):
         # The Q-network is shared: only what a player sees of itself can tell the second from the first.
         self.nothing[1::2, 0] = self.nothing[:, self.layout.local_dim + 8] = 1.0
 
-    def reset(self) -> np.ndarray:
+    def reset(self) -> NDArray[Any]:
         return self.nothing.copy()
 
     def step_wait(self) -> Any:
@@ -98,14 +82,14 @@ class Countdown(ScriptedVecEnv):
         self.duration = (uavs + games) % 3 + 1
         self.clock = SimpleNamespace(round=np.zeros(num_games, dtype=int), slot=np.zeros(num_games, dtype=int))
 
-    def observe(self) -> np.ndarray:
+    def observe(self) -> NDArray[Any]:
         time = 10 * self.clock.round + self.clock.slot  # [G]
         flat = np.empty((self.num_games, self.layout.num_uavs, self.layout.flat_dim), dtype=np.float32)
         flat[..., self.layout.local] = (self.names + time[:, None])[..., None]
         flat[..., self.layout.state] = (self.names[:, :1] + 9_000 + time[:, None])[..., None]
         return flat.reshape(self.num_envs, -1)
 
-    def reset(self) -> np.ndarray:
+    def reset(self) -> NDArray[Any]:
         self.clock.round[:] = self.clock.slot[:] = 0
         return self.observe()
 

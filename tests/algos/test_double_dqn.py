@@ -27,32 +27,31 @@ class Bare(gym.Env[np.ndarray, np.int64]):
     action_space = spaces.Discrete(3)
 
 
-def learner(algorithm: type[DQN], **kwargs: Any) -> DQN:
+def learner(algorithm: type[DQN]) -> Any:
     """A linear learner that remembers one transition."""
-    model = algorithm(
+    model: Any = algorithm(
         "MlpPolicy", Bare(), learning_rate=0.1, buffer_size=1, gamma=GAMMA, seed=0, device="cpu",
-        policy_kwargs={"net_arch": [], "optimizer_class": th.optim.SGD}, **kwargs,
+        policy_kwargs={"net_arch": [], "optimizer_class": th.optim.SGD},
     )  # fmt: skip
     with th.no_grad():
         online, target = (net.q_net[0] for net in (model.q_net, model.q_net_target))
         for layer in (online, target):
-            layer.weight.zero_()  # type: ignore[operator, union-attr]
-        online.bias.copy_(th.tensor([3.0, 1.0, 2.0]))  # type: ignore[operator, union-attr]
-        target.bias.copy_(th.tensor([0.5, 4.0, 1.0]))  # type: ignore[operator, union-attr]
+            layer.weight.zero_()
+        online.bias.copy_(th.tensor([3.0, 1.0, 2.0]))
+        target.bias.copy_(th.tensor([0.5, 4.0, 1.0]))
     return model
 
 
-def trained_once(algorithm: type[DQN], done: bool = False) -> DQN:
+def trained_once(algorithm: type[DQN], done: bool = False) -> Any:
     """The learner after one update from its one transition."""
     model = learner(algorithm)
     model.set_logger(Logger(None, []))
-    assert model.replay_buffer is not None
     model.replay_buffer.add(*TRANSITION, np.array([ACTION]), np.array([REWARD]), np.array([done]), [{}])
     model.train(1, batch_size=1)
     return model
 
 
-def loss(model: DQN) -> float:
+def loss(model: Any) -> float:
     """SB3's Huber loss of the update."""
     return float(model.logger.name_to_value["train/loss"])
 
@@ -77,10 +76,10 @@ def test_nothing_follows_the_end_of_a_mission(algorithm: type[DQN]) -> None:
 
 def test_only_the_action_taken_moves_and_the_target_network_stays() -> None:
     model = trained_once(DoubleDQN)
-    bias: Any = model.q_net.q_net[0].bias
+    bias = model.q_net.q_net[0].bias
     assert bias.tolist() == pytest.approx([3.0, 1.0, 2.0 - 0.1])  # Huber's slope is 1 beyond an error of 1
     assert model.q_net_target is model.policy.q_net_target
-    target_bias: Any = model.q_net_target.q_net[0].bias
+    target_bias = model.q_net_target.q_net[0].bias
     assert target_bias.tolist() == [0.5, 4.0, 1.0]
 
 

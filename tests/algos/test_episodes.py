@@ -48,7 +48,7 @@ def observations(policy: type[FramedPolicy], simulator: Simulator) -> th.Tensor:
 def test_logits_turn_with_the_airspace(name: str) -> None:
     policy_class = rung(name)
     model = EpisodeMAPPO(policy_class, games(policy_class), **SETTINGS)
-    tables = model.policy.mlp_extractor.encoder
+    tables: Any = model.policy.mlp_extractor.encoder
     rng = np.random.default_rng(0)
     simulator = Simulator(PAPER, 12, seed=3)
     simulator.step(rng.integers(simulator.num_actions, size=(12, 4)))
@@ -76,10 +76,10 @@ def _on_a_diagonal(voxel: np.ndarray) -> bool:
 @pytest.mark.parametrize("name", RUNGS[:-1])
 def test_nothing_of_x_reaches_an_actor_that_does_not_say_it_sees_it(name: str) -> None:
     policy_class = rung(name)
-    model = EpisodeMAPPO(policy_class, games(policy_class), **SETTINGS)
+    model: Any = EpisodeMAPPO(policy_class, games(policy_class), **SETTINGS)
     seen = observations(policy_class, Simulator(PAPER, 5, seed=2))
     changed = seen.clone()
-    changed[:, model.policy.layout.state] = 0.5  # type: ignore[union-attr, index]
+    changed[:, model.policy.layout.state] = 0.5
     layers = model.policy.mlp_extractor
     assert th.equal(layers.forward_actor(seen), layers.forward_actor(changed))
     assert not th.equal(layers.forward_critic(seen), layers.forward_critic(changed))
@@ -87,7 +87,7 @@ def test_nothing_of_x_reaches_an_actor_that_does_not_say_it_sees_it(name: str) -
 
 def test_the_lowest_rung_does_not_look_at_the_loads() -> None:
     for name, looks in (("nothing", False), ("clock", True)):
-        layers = EpisodeMAPPO(rung(name), games(rung(name)), **SETTINGS).policy.mlp_extractor
+        layers: Any = EpisodeMAPPO(rung(name), games(rung(name)), **SETTINGS).policy.mlp_extractor
         seen = observations(rung(name), Simulator(PAPER, 5, seed=2))
         changed = seen.clone()
         changed[:, layers.encoder.layout.cell_loads] += 0.5
@@ -123,19 +123,19 @@ def test_headed_counts_and_memory_are_those_of_the_game() -> None:
 
 
 def test_whole_episodes_hold_flown_slots_alone_and_undiscounted_returns() -> None:
-    model = EpisodeMAPPO(rung("clock"), games(without_reward=["rate", "nav", "col"]), **SETTINGS)
+    model: Any = EpisodeMAPPO(rung("clock"), games(without_reward=["rate", "nav", "col"]), **SETTINGS)
     model.learn(1)
     buffer = model.rollout_buffer
-    state = model.env.get_attr("simulator")[0].state  # type: ignore[union-attr]
+    state = model.env.get_attr("simulator")[0].state
     assert len(buffer.actions) < buffer.pos * 32  # those that wait are left out
     assert model.num_timesteps % 4 == 0
     assert model.num_timesteps <= buffer.pos * 32
     assert state.position.shape == (8, 4, 3)
-    clock = buffer.observations[:, model.policy.layout.extra("clock")][:, 0] * 10  # type: ignore[union-attr, index]
+    clock = buffer.observations[:, model.policy.layout.extra("clock")][:, 0] * 10
     first = clock.round() == 0
     assert first.sum() == 32  # each of 32 missions begins once
     # The return of a mission's first slot is its utility: the sum of all rewards there are.
-    utilities = [info["r"] for info in model.ep_info_buffer]  # type: ignore[union-attr]
+    utilities = [info["r"] for info in model.ep_info_buffer]
     assert len(utilities) == 32
 
 

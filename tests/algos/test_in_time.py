@@ -29,12 +29,12 @@ from tests.game.random_play import SEEDS, random_play, scenarios
 
 PAPER = PRESETS["paper"]
 REPLAY: dict[str, Any] = {"buffer_size": 2000, "batch_size": 16, "learning_starts": 8, "seed": 0, "device": "cpu"}
-KINDS = {"iql": (IQL, "in_time_q"), "qmix": (QMIX, "in_time_mixer")}
+KINDS: dict[str, tuple[Any, str]] = {"iql": (IQL, "in_time_q"), "qmix": (QMIX, "in_time_mixer")}
 EACH = pytest.mark.parametrize("name", KINDS)
 
 
 def games(name: str, slack: int | None = 0) -> FlatVecEnv:
-    continuation: Any = KINDS[name][0].continuation
+    continuation = KINDS[name][0].continuation
     return make_vec_env(PAPER, 4, seed=1, continuation=continuation, extras=["clock"], slack=slack)
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,41 +9,26 @@ import pytest
 import torch as th
 from numpy.typing import NDArray
 from sb3_contrib import QRDQN
-from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
-from stable_baselines3.common.policies import ActorCriticPolicy
-from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
-from lawn_sb3.algos.iql import IQL, LEARNERS, IndependentPolicy
-from lawn_sb3.envs import ObservationLayout, make_vec_env
-from policies.local_q import LocalQPolicy
+from lawn_sb3.algos.iql import IQL
+from lawn_sb3.envs import ObservationLayout
 from policies.quantile_q import QuantileQPolicy
-from policies.state_critic import StateCriticPolicy
 from tests.algos.games import ScriptedVecEnv
-from tests.algos.small import NUM_GAMES, SMALL, parameters, small_env, some_observations
-from tests.algos.test_iql import LocalOnly, acts, network
+from tests.algos.small import SMALL, VECTOR, acts, independent, parameters, some_observations
 
 N = SMALL.num_uavs
-VECTOR = NUM_GAMES * N
-"""Agent steps in one vector step."""
-KINDS: list[dict[str, Any]] = [{}, {"share_parameters": True}, {"n_steps": 3}]
-NAMES = ["independent", "shared", "n-step"]
 
 
-def learner(env: VecEnv | None = None, **kwargs: Any) -> IQL:
+def learner(**kwargs: Any) -> Any:
     """A small IQL by quantiles, untrained."""
-    small: dict[str, Any] = {
-        "learning_rate": 1e-3, "buffer_size": 400, "learning_starts": 64, "batch_size": 32, "gamma": 0.9,
-        "train_freq": 2, "target_update_interval": 80, "policy_kwargs": {"net_arch": [32], "n_quantiles": 4},
-        "seed": 0, "device": "cpu",
-    }  # fmt: skip
-    return IQL(QuantileQPolicy, env or small_env(), **{**small, **kwargs})
+    return independent(QuantileQPolicy, **{"policy_kwargs": {"net_arch": [32], "n_quantiles": 4}, **kwargs})
 
 
 def quantiles(model: IQL, uav: int, flat: NDArray[np.float32]) -> NDArray[np.float32]:
     """A UAV's quantiles of the return by observation, quantile and action."""
-    net = model.learners[uav].policy.quantile_net  # type: ignore[union-attr]
+    net: Any = model.learners[uav].policy.quantile_net
     with th.no_grad():
         answer: NDArray[np.float32] = net(model.policy.views.observe(uav, th.as_tensor(flat))).numpy()
     return answer
@@ -94,9 +77,6 @@ def out_of_corridors(*pays: float) -> IQL:
         exploration_final_eps=1.0, policy_kwargs={"net_arch": [], "n_quantiles": 4}, seed=0, device="cpu",
     )  # fmt: skip
     return model.learn(400 * 32)
-
-
-# --- what is learned -----------------------------------------------------------------------------------------------
 
 
 def test_the_way_out_of_a_corridor_is_found_and_worth_its_discounted_pay() -> None:
@@ -153,40 +133,6 @@ def test_the_loss_compares_each_quantile_with_the_target_network_s_of_its_best_m
     assert model.logger.name_to_value["train/learning_rate"] == pytest.approx(1e-4)
 
 
-# --- who learns from what ------------------------------------------------------------------------------------------
-
-
-def test_the_policy_class_chooses_the_learner() -> None:
-    assert issubclass(QuantileQPolicy, tuple(LEARNERS))
-    assert issubclass(LocalQPolicy, tuple(LEARNERS))
-    assert [type(one) for one in learner().learners] == [QRDQN] * N
-    assert [type(one) for one in learner(share_parameters=True).learners] == [QRDQN]
-    assert [type(one) for one in IQL(LocalQPolicy, small_env(), buffer_size=100, device="cpu").learners] == [DQN] * N
-
-
-def test_learners_share_neither_networks_nor_replays_nor_first_weights() -> None:
-    model = learner().learn(10 * VECTOR)
-    for part in ("policy", "quantile_net", "quantile_net_target", "replay_buffer"):
-        assert len({id(getattr(one, part)) for one in model.learners}) == N
-    assert [one.replay_buffer.pos for one in model.learners] == [10] * N  # type: ignore[union-attr]
-    assert not np.array_equal(network(model.learners[0]), network(model.learners[1]))  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize("steps", [0, 20], ids=["untrained", "trained"])
-@pytest.mark.parametrize("kind", KINDS, ids=NAMES)
-def test_acting_and_values_read_o_i_alone(kind: dict[str, Any], steps: int) -> None:
-    model, flat = learner(**kind), some_observations()
-    model.learn(steps * VECTOR)
-    changed, rng = flat.copy(), np.random.default_rng(0)
-    changed[:, model.layout.state] = rng.normal(scale=3.0, size=changed[:, model.layout.state].shape)
-    elsewhere = flat.copy()
-    elsewhere[:, model.layout.local] *= -3.0
-    for uav in range(len(model.learners)):
-        np.testing.assert_array_equal(quantiles(model, uav, changed), quantiles(model, uav, flat))
-        assert not np.array_equal(quantiles(model, uav, elsewhere), quantiles(model, uav, flat))
-    assert acts(model, changed) == acts(model, flat)
-
-
 def test_greedy_play_follows_the_largest_mean_of_a_uav_s_own_quantiles() -> None:
     model, flat = learner().learn(20 * VECTOR), some_observations()
     for uav in range(N):
@@ -196,62 +142,11 @@ def test_greedy_play_follows_the_largest_mean_of_a_uav_s_own_quantiles() -> None
 def test_a_policy_has_two_hidden_layers_of_256_relu_units_and_16_quantiles_an_action() -> None:
     model = learner(policy_kwargs={})
     for one in model.learners:
-        for net in (one.quantile_net, one.quantile_net_target):  # type: ignore[union-attr]
+        for net in (one.quantile_net, one.quantile_net_target):
             layers = list(net.quantile_net)
             assert [type(layer) for layer in layers] == [nn.Linear, nn.ReLU, nn.Linear, nn.ReLU, nn.Linear]
             widths = [(layer.in_features, layer.out_features) for layer in layers[::2]]
             assert widths == [(model.layout.local_dim, 256), (256, 256), (256, 16 * 63)]
-
-
-# --- as sb3-contrib's QRDQN ----------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("n_steps", [1, 3])
-def test_one_uav_alone_learns_as_sb3_contrib_s_qrdqn(n_steps: int) -> None:
-    """Same random play, then the same minibatches: the same network to the last bit."""
-    scenario = SMALL.changed(num_uavs=1)
-    settings: dict[str, Any] = {
-        "learning_rate": 1e-3, "learning_starts": 10**6, "buffer_size": 400, "batch_size": 64, "gamma": 0.9,
-        "tau": 0.5, "seed": 0, "target_update_interval": 40, "max_grad_norm": 0.5, "exploration_fraction": 0.2,
-        "exploration_final_eps": 0.1, "n_steps": n_steps, "device": "cpu",
-        "policy_kwargs": {"net_arch": [32], "n_quantiles": 4},
-    }  # fmt: skip
-    iql = IQL(QuantileQPolicy, make_vec_env(scenario, NUM_GAMES), **settings)
-    qrdqn = QRDQN(QuantileQPolicy, LocalOnly(make_vec_env(scenario, NUM_GAMES)), **settings)
-    for model in (iql, qrdqn):
-        model.learn(30 * NUM_GAMES)
-        np.random.seed(0)
-        for _ in range(10):
-            model.train(3, 64)
-            model._on_step()
-    np.testing.assert_array_equal(network(iql.learners[0]), network(qrdqn))  # type: ignore[arg-type]
-    assert iql._n_updates == qrdqn._n_updates == 30
-    assert iql.exploration_rate == qrdqn.exploration_rate
-
-
-@pytest.mark.parametrize("kind", KINDS, ids=NAMES)
-def test_the_target_networks_follow_every_so_many_env_steps(kind: dict[str, Any]) -> None:
-    model = learner(target_update_interval=5 * NUM_GAMES, learning_starts=0, train_freq=1, **kind)
-    for vector_steps, same in ((4, False), (5, True), (6, False), (10, True)):
-        model.learn(vector_steps * VECTOR - model.num_timesteps, reset_num_timesteps=False)
-        one = model.learners[0]
-        assert isinstance(one, QRDQN)
-        # At the fifth step the copy is made before that step's update.
-        pairs = zip(one.quantile_net.parameters(), one.quantile_net_target.parameters(), strict=True)
-        moved = max((online - target).abs().max().item() for online, target in pairs)
-        assert (moved < 1.5e-3) == same  # one Adam step of 1e-3, not several
-
-
-def test_epsilon_falls_over_its_share_of_the_training() -> None:
-    seen: list[float] = []
-
-    def watch(local: dict[str, Any], _: dict[str, Any]) -> bool:
-        seen.append(local["self"].exploration_rate)  # as it was when the step's actions were drawn
-        return True
-
-    model = learner(exploration_fraction=0.5, exploration_initial_eps=0.8, exploration_final_eps=0.2)
-    model.learn(8 * VECTOR, callback=watch)
-    assert seen == pytest.approx([0.0, 0.65, 0.5, 0.35, 0.2, 0.2, 0.2, 0.2])  # the first step is random play
 
 
 def test_the_optimiser_is_qrdqn_s_own_unless_the_policy_s_arguments_say_otherwise() -> None:
@@ -270,70 +165,10 @@ def test_a_gradient_is_no_longer_than_its_limit() -> None:
         learning_starts=10**6, learning_rate=1.0, max_grad_norm=0.01,
         policy_kwargs={"net_arch": [], "n_quantiles": 4, "optimizer_class": th.optim.SGD},
     ).learn(10 * VECTOR)  # fmt: skip
-    before = [network(one) for one in model.learners]  # type: ignore[arg-type]
+    before = [parameters(one).copy() for one in model.learners]
     model.train(1, 32)
-    steps = [np.linalg.norm(network(one) - old) for one, old in zip(model.learners, before, strict=True)]  # type: ignore[arg-type]
+    steps = [np.linalg.norm(parameters(one).copy() - old) for one, old in zip(model.learners, before, strict=True)]
     assert steps == pytest.approx([0.01] * N, rel=1e-3)
-
-
-# --- save, load, resume --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("kind", KINDS, ids=NAMES)
-def test_a_loaded_model_acts_the_same(kind: dict[str, Any], tmp_path: Path) -> None:
-    trained, flat = learner(**kind).learn(30 * VECTOR), some_observations()
-    trained.save(tmp_path / "model.zip")
-    trained.policy.save(tmp_path / "policy.zip")
-    loaded = IQL.load(tmp_path / "model.zip", device="cpu")
-    assert len(set(acts(trained, flat))) > 1
-    assert acts(loaded, flat) == acts(trained, flat)
-    assert acts(IndependentPolicy.load(tmp_path / "policy.zip", device="cpu"), flat) == acts(trained, flat)
-    np.testing.assert_array_equal(parameters(loaded), parameters(trained))
-    assert [type(one) for one in loaded.learners] == [QRDQN] * len(trained.learners)
-    actions = []
-    for model in (trained, loaded):  # epsilon is saved too
-        np.random.seed(0)
-        actions.append(model.predict(flat)[0])
-    np.testing.assert_array_equal(*actions)
-
-
-@pytest.mark.parametrize("kind", [*KINDS, {"learning_starts": 24 * NUM_GAMES}], ids=[*NAMES, "amid random play"])
-def test_a_training_resumed_with_its_memory_ends_with_the_same_weights(kind: dict[str, Any]) -> None:
-    env, saved = small_env(), io.BytesIO()
-    whole = learner(env, **kind).learn(21 * VECTOR)
-    whole.save(saved)
-    memory, games = whole.memory(), env.env_method("snapshot", indices=0)[0]
-    random = np.random.get_state(), th.get_rng_state()
-    whole.learn(40 * VECTOR, reset_num_timesteps=False)
-
-    env = small_env()
-    env.reset()
-    saved.seek(0)
-    resumed = IQL.load(saved, env=env, device="cpu", force_reset=False)
-    before = parameters(resumed)
-    resumed.restore_memory(memory)
-    env.env_method("restore", games, indices=0)
-    np.random.set_state(random[0])
-    th.set_rng_state(random[1])
-    resumed.learn(40 * VECTOR, reset_num_timesteps=False)
-    np.testing.assert_array_equal(parameters(resumed), parameters(whole))
-    assert not np.array_equal(parameters(resumed), before)
-
-
-def test_one_seed_trains_one_model() -> None:
-    one, again, other = (learner(seed=seed).learn(20 * VECTOR) for seed in (0, 0, 1))
-    np.testing.assert_array_equal(parameters(one), parameters(again))
-    assert not np.array_equal(parameters(one), parameters(other))
-
-
-# --- refusals ------------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("policy", [StateCriticPolicy, ActorCriticPolicy])
-def test_a_policy_without_action_values_is_refused(policy: Any) -> None:
-    allowed = r"stable_baselines3.dqn.policies:DQNPolicy or sb3_contrib.qrdqn.policies:QRDQNPolicy"
-    with pytest.raises(ValueError, match=f"no learner for a {policy.__name__}: its policy must be a {allowed}"):
-        IQL(policy, small_env(), device="cpu")
 
 
 def test_double_q_with_quantiles_is_refused() -> None:

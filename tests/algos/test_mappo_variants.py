@@ -73,9 +73,9 @@ def test_each_uav_is_answered_by_its_own_actor() -> None:
     model = learner(SeparateActorsPolicy, env)
     flat = th.as_tensor(env.reset())
 
-    def logits() -> th.Tensor:
+    def logits() -> Any:
         with th.no_grad():
-            return model.policy.get_distribution(flat).distribution.logits  # type: ignore[no-any-return, attr-defined]
+            return model.policy.get_distribution(flat).distribution.logits
 
     before = logits()
     with th.no_grad():
@@ -86,7 +86,7 @@ def test_each_uav_is_answered_by_its_own_actor() -> None:
 
 
 def test_the_index_stands_between_o_and_x_and_names_the_slots_uav() -> None:
-    plain, indexed = (make_vec_env(SMALL, 3, seed=0, extras=extras) for extras in ((), ("index",)))
+    plain, indexed = make_vec_env(SMALL, 3, seed=0), make_vec_env(SMALL, 3, seed=0, extras=["index"])
     layout = indexed.get_attr("layout", [0])[0]
     rows, columns = np.asarray(indexed.reset()), layout.extra("index")
     assert (columns.start, columns.stop) == (layout.local.stop, layout.state.start)
@@ -94,7 +94,7 @@ def test_the_index_stands_between_o_and_x_and_names_the_slots_uav() -> None:
     np.testing.assert_array_equal(np.delete(rows, columns, axis=1), plain.reset())
 
 
-def some_values(model: MAPPO, flat: np.ndarray) -> np.ndarray:
+def some_values(model: Any, flat: Any) -> Any:
     with th.no_grad():
         return model.policy.predict_values(th.as_tensor(flat)).numpy().ravel()
 
@@ -102,7 +102,7 @@ def some_values(model: MAPPO, flat: np.ndarray) -> np.ndarray:
 def test_a_critic_over_a_set_knows_no_order_of_the_uavs() -> None:
     model = learner(SetCriticPolicy, make_vec_env(WIDER, NUM_GAMES, seed=0), normalize_value=False)
     layout = model.policy.layout
-    flat = np.asarray(model.env.reset())  # type: ignore[union-attr]
+    flat = np.asarray(model.env.reset())
     shuffled = flat.copy()
     uavs = flat[:, layout.state][:, layout.state_uavs].reshape(len(flat), -1, OWN)
     order = np.random.default_rng(0).permutation(WIDER.num_uavs)
@@ -119,7 +119,7 @@ def test_a_critic_over_a_set_loads_and_learns_on_among_any_number_of_uavs(tmp_pa
     small = learner(SetCriticPolicy).learn(ROLLOUT)
     small.save(tmp_path / "model.zip")
     env = make_vec_env(SMALL.changed(num_uavs=num_uavs), NUM_GAMES, seed=0)
-    other = MAPPO.load(tmp_path / "model.zip", env=env)
+    other: Any = MAPPO.load(tmp_path / "model.zip", env=env)
     for name, weight in small.policy.state_dict().items():
         assert th.equal(other.policy.state_dict()[name], weight), name
     assert other.policy.layout.num_uavs == num_uavs

@@ -1,3 +1,7 @@
+"""Value normalisation: the critic learns in normalised units, and nobody else notices."""
+
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -10,7 +14,6 @@ from stable_baselines3.common.type_aliases import RolloutBufferSamples
 from stable_baselines3.common.vec_env import VecEnvWrapper
 from torch import nn
 
-from lawn_sb3.algos.mappo import MAPPO
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
 from tests.algos.small import N_STEPS, ROLLOUT, learner, parameters, small_env, some_observations
 
@@ -42,13 +45,13 @@ class RecordingBuffer(NormalizedRolloutBuffer):
         return self.handed_out[-1]
 
 
-def values(model: MAPPO, observations: np.ndarray) -> np.ndarray:
+def values(model: Any, observations: Any) -> Any:
     """The critic's values in reward units."""
     with th.no_grad():
         return model.policy.predict_values(th.as_tensor(observations)).numpy().ravel()
 
 
-def head_of(model: MAPPO) -> NormalizedValueHead:
+def head_of(model: Any) -> NormalizedValueHead:
     head = model.policy.value_net
     assert isinstance(head, NormalizedValueHead)
     return head
@@ -189,13 +192,14 @@ class Rollout(BaseCallback):
         return True
 
     def _on_rollout_end(self) -> None:
-        model, buffer = self.model, self.model.rollout_buffer  # type: ignore[attr-defined]
+        model: Any = self.model
+        buffer = model.rollout_buffer
         flat = buffer.observations.reshape(-1, buffer.observations.shape[-1])
         self.values = buffer.values.copy()
-        self.critic = values(model, flat).reshape(buffer.values.shape)  # type: ignore[arg-type]
-        self.last_values = values(model, model._last_obs)  # type: ignore[arg-type]
+        self.critic = values(model, flat).reshape(buffer.values.shape)
+        self.last_values = values(model, model._last_obs)
         self.rewards, self.starts = buffer.rewards.copy(), buffer.episode_starts.copy()
-        self.last_dones = model._last_episode_starts  # type: ignore[attr-defined]
+        self.last_dones = model._last_episode_starts
         self.advantages, self.returns = buffer.advantages.copy(), buffer.returns.copy()
 
 
@@ -230,7 +234,7 @@ def test_a_truncated_mission_is_bootstrapped_in_reward_units() -> None:
             rewards = self.locals["rewards"].copy()
             for k, info in enumerate(self.locals["infos"]):
                 if info.get("TimeLimit.truncated"):
-                    rewards[k] += 0.9 * values(self.model, info["terminal_observation"][None])[0]  # type: ignore[arg-type]
+                    rewards[k] += 0.9 * values(self.model, info["terminal_observation"][None])[0]
                     self.bootstrapped += 1
             self.given.append(rewards)
             return True
@@ -241,11 +245,11 @@ def test_a_truncated_mission_is_bootstrapped_in_reward_units() -> None:
     np.testing.assert_allclose(rollout.rewards, np.array(rollout.given), rtol=1e-5, atol=1e-5)
 
 
-def trained_on_scaled_rewards(scale: float, **kwargs: Any) -> MAPPO:
+def trained_on_scaled_rewards(scale: float, **kwargs: Any) -> Any:
     return learner(env=ScaledRewards(small_env(), scale), **kwargs).learn(4 * ROLLOUT)
 
 
-def weights(model: MAPPO) -> np.ndarray:
+def weights(model: Any) -> Any:
     """Everything that is learned; the statistics are not."""
     return np.concatenate([parameter.detach().numpy().ravel() for parameter in model.policy.parameters()])
 

@@ -25,11 +25,12 @@ from tests.experiment.conftest import SMALL_EVALUATION
 from tests.experiment.training import assert_equal_runs, ignore, resumed
 
 
-def small_iql_cell(directory: Path, **settings: Any) -> Cell:
+def small_iql_cell(directory: Path, policy: str = "local_q", **settings: Any) -> Cell:
     """Twenty vector steps on two games; the replay of eighteen wraps around."""
     method = Method(
         label="IQL",
         algo="iql",
+        policy=policy,
         env_steps=40,
         num_games=2,
         settings={
@@ -50,6 +51,8 @@ def small_iql_cell(directory: Path, **settings: Any) -> Cell:
         (40, {"double_q": True}),
         (26, {"share_parameters": True}),
         (26, {"n_steps": 3, "train_freq": 2}),
+        (26, {"policy": "quantile_q"}),
+        (8, {"policy": "quantile_q", "share_parameters": True}),
     ],
 )
 def test_an_interrupted_training_resumes_as_if_nothing_had_happened(

@@ -26,13 +26,12 @@ from lawn_sb3.experiment.policy_errors import policy_error
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.registry import REPOSITORY, algorithm_for, find_algorithm, place
 from lawn_sb3.scenario import Scenario
-from tests.algos.games import STEP
-from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, parameters
+from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, VECTOR, parameters
 
 HERE = "tests/experiment/test_probe.py"
 SHIPPED = sorted(path.stem for path in (REPOSITORY / "policies").glob("[!_]*.py"))
 ONE_EACH = ["centralized_critic", "masked", "recurrent", "monotonic_mixer", "local_q", "quantile_q"]
-REPLAY = {"buffer_size": 800, "batch_size": 32, "target_update_interval": 10, "learning_starts": 4 * STEP}
+REPLAY = {"buffer_size": 800, "batch_size": 32, "target_update_interval": 10, "learning_starts": 4 * VECTOR}
 SETTINGS: dict[str, dict[str, Any]] = {
     "mappo": {"n_steps": 16, "batch_size": 128, "n_epochs": 2, "policy_kwargs": {"net_arch": [32, 32]}},
     "iql": {**REPLAY, "policy_kwargs": {"net_arch": [32]}},
@@ -167,8 +166,8 @@ def test_an_actor_that_reads_x_is_refused(policy: type[BasePolicy], changed: str
 
 
 def test_a_learner_of_iql_that_reads_x_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = built(find_policy("local_q"))
-    views = type(model.policy.views)  # type: ignore[union-attr]
+    model: Any = built(find_policy("local_q"))
+    views = type(model.policy.views)
     monkeypatch.setattr(views, "observe", lambda own, learner, flat: flat[own.slots(learner), -own.layout.local_dim :])
     with pytest.raises(UserError, match=r"policy 'local_q' \(policies/local_q.py\): its actor reads .* action values"):
         check_policy(model, "local_q")
@@ -309,7 +308,7 @@ def test_a_probed_training_gives_the_same_weights_and_goes_on_with_the_same_rand
     for probed in (False, True):
         model = built(policy)
         for seed in (random.seed, np.random.seed, th.manual_seed):
-            seed(5)  # type: ignore[operator]
+            seed(5)
         for _ in range(2):
             if probed:
                 check_policy(model, "mine")

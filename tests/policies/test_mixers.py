@@ -12,7 +12,7 @@ from torch.nn import functional
 from lawn_sb3.algos.qmix import QMIXPolicy
 from policies.additive_mixer import AdditiveMixer, AdditiveMixerPolicy
 from policies.monotonic_mixer import MonotonicMixer, MonotonicMixerPolicy
-from tests.algos.games import STEP, team, whole_games
+from tests.algos.small import VECTOR, team, whole_games
 
 NUM_UAVS, STATE_DIM = 4, 10
 numbers = st.floats(-50.0, 50.0, width=32)
@@ -60,7 +60,7 @@ def test_every_q_counts_in_the_mix(q: list[float], state: list[float], seed: int
 
 
 def test_training_keeps_the_mix_monotonic() -> None:
-    model = team().learn(60 * STEP)
+    model = team().learn(60 * VECTOR)
     assert isinstance(model.policy, QMIXPolicy)
     batch = model.replay_buffer.sample(256)
     q = th.randn(256, 2, requires_grad=True)
@@ -94,7 +94,7 @@ def test_the_additive_mix_is_the_sum_whatever_the_state(q: list[float], state: l
 
 @pytest.mark.parametrize("policy_class", [MonotonicMixerPolicy, AdditiveMixerPolicy])
 def test_the_greedy_joint_action_has_the_highest_mix_of_all(policy_class: type[QMIXPolicy]) -> None:
-    policy = team(policy_class).learn(30 * STEP).policy
+    policy = team(policy_class).learn(30 * VECTOR).policy
     assert isinstance(policy, QMIXPolicy)
     flat = th.as_tensor(np.asarray(whole_games(seed=1).reset())).reshape(-1, 2, policy.layout.flat_dim)
     local, state = flat[..., policy.layout.local], flat[:, 0, policy.layout.state]

@@ -1,3 +1,7 @@
+"""Actor-critics of ``policies/``: what their actors and critics see, and how deep and wide they are."""
+
+from __future__ import annotations
+
 from typing import Any
 
 import numpy as np
@@ -11,7 +15,7 @@ from policies.centralized_critic import CentralizedCriticPolicy
 from policies.congestion_blind import CongestionBlindPolicy
 from policies.local_critic import LocalCriticPolicy
 from policies.state_critic import StateCriticPolicy
-from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, learner, small_env, some_observations
+from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, learner, replaced, small_env, some_observations
 
 POLICIES = [CentralizedCriticPolicy, StateCriticPolicy, LocalCriticPolicy, CongestionBlindPolicy]
 CRITIC_SEES_X = {CentralizedCriticPolicy, StateCriticPolicy, CongestionBlindPolicy}
@@ -49,13 +53,6 @@ def values(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
         return policy.predict_values(th.as_tensor(flat)).numpy().ravel()
 
 
-def replaced(flat: np.ndarray, columns: slice) -> np.ndarray:
-    """The observations with some columns replaced by random numbers."""
-    changed, rng = flat.copy(), np.random.default_rng(0)
-    changed[:, columns] = rng.normal(scale=3.0, size=changed[:, columns].shape)
-    return changed
-
-
 def test_the_global_state_never_changes_an_action_distribution_but_a_central_critics_value(policy: CTDEPolicy) -> None:
     flat = some_observations()
     other_state = replaced(flat, policy.layout.state)
@@ -81,7 +78,7 @@ def test_no_single_number_of_the_global_state_reaches_the_actor(policy: CTDEPoli
 
 def test_every_number_that_a_critic_is_to_see_reaches_it_and_no_other(policy: CTDEPolicy) -> None:
     flat = th.as_tensor(some_observations()).requires_grad_()
-    policy.predict_values(flat).sum().backward()
+    policy.predict_values(flat).sum().backward()  # type: ignore[no-untyped-call]
     assert flat.grad is not None
     reached = (flat.grad != 0.0).any(dim=0)
     assert (reached[policy.layout.state] == (type(policy) in CRITIC_SEES_X)).all()
@@ -115,15 +112,16 @@ def test_actor_and_critic_have_two_hidden_layers_of_256_relu_units(policy: CTDEP
     ):
         assert [type(layer) for layer in network] == [nn.Linear, nn.ReLU, nn.Linear, nn.ReLU]
         assert [(layer.in_features, layer.out_features) for layer in network[::2]] == [(input_dim, 256), (256, 256)]
-    assert (policy.action_net.in_features, policy.action_net.out_features) == (256, 63)
-    last = policy.value_net if isinstance(policy.value_net, nn.Linear) else policy.value_net.linear
+    logits: Any = policy.action_net
+    assert (logits.in_features, logits.out_features) == (256, 63)
+    last: Any = policy.value_net if isinstance(policy.value_net, nn.Linear) else policy.value_net.linear
     assert (last.in_features, last.out_features) == (256, 1)
 
 
 def test_actor_and_critic_share_no_parameter(policy: CTDEPolicy) -> None:
     flat = th.as_tensor(some_observations())
     policy.zero_grad(set_to_none=True)
-    policy.predict_values(flat).sum().backward()
+    policy.predict_values(flat).sum().backward()  # type: ignore[no-untyped-call]
     touched = {name for name, parameter in policy.named_parameters() if parameter.grad is not None}
     assert touched
     assert all(name.startswith(("mlp_extractor.value_net", "value_net")) for name in touched)
