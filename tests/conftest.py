@@ -13,6 +13,7 @@ from rich.console import Console
 from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
 from lawn_sb3.experiment.regret_files import add_regrets
+from lawn_sb3.paper.checks import fly_checks
 
 # The first example of a test may have to wait for Numba to compile.
 settings.register_profile("kit", deadline=None)
@@ -56,7 +57,11 @@ def finished_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     todo = cells(load_recipe(folder / "planned.yaml"), folder / "small")
     for cell in todo:
         run_cell(cell, lambda env_steps: None)
-    add_regrets(todo, Console(quiet=True))
+    quiet = Console(quiet=True)
+    add_regrets(todo, quiet)
+    for name in ("small", "planned"):
+        recipe = load_recipe(folder / f"{name}.yaml")
+        fly_checks(recipe, cells(recipe, folder / "small"), quiet)
     return folder
 
 

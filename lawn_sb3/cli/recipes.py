@@ -31,6 +31,7 @@ from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 from lawn_sb3.experiment.weights import WEIGHTS_FILE
+from lawn_sb3.paper.checks import export_checks, fly_checks
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.page import build_report
 from lawn_sb3.report.sections.ablation import build_ablation
@@ -52,6 +53,7 @@ def reproduce(
     """
     recipe = load_recipe(recipe_path)
     runs = recipe_path.parent / recipe.name
+    command = f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     todo = cells(recipe, runs)
     _try_methods(todo)
     with interruptible():
@@ -63,9 +65,11 @@ def reproduce(
                 add_regrets(todo, messages)
         except FailedRunsError:
             with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
-                _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+                fly_checks(recipe, todo, messages)
+                _report(recipe, runs, command)
             raise
-        results = _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+        fly_checks(recipe, todo, messages)
+        results = _report(recipe, runs, command)
     if results is not None:
         _compare(results, _reference(recipe_path, recipe), runs / "report")
 
@@ -151,7 +155,9 @@ def export(
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
     files = ABLATION_FILES if recipe.is_ablation else (*RESULT_FILES, WEIGHTS_FILE)
-    written = export_runs(cells(recipe, runs), runs, folder, files)  # refuses before anything is replaced
+    finished = cells(recipe, runs)
+    written = export_runs(finished, runs, folder, files)  # refuses before anything is replaced
+    written += export_checks(finished, folder)
     _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")
 

@@ -1,9 +1,11 @@
-"""The report of a recipe: tables, figures and verdicts, from what the runs left and a few flights without training."""
+"""The report of a recipe: tables, figures and verdicts, from what the runs left."""
 
 from __future__ import annotations
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.sections import (
@@ -59,9 +61,10 @@ def build_report(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Repor
     results = read_results(recipe, cells)
     if not results.methods:
         raise UserError(f"no finished run to report on: {results.problems[0]}; run: lawn-sb3 reproduce first")
-    of_ladder = ladder.has_ladder(results)
+    results.checks = read_checks(recipe, cells, results.problems)
+    of_ladder = has_ladder(results.methods.values())
     claims = [claim for claim in load_claims() if claim.needs == "ladder" or not of_ladder]
-    judged = judge_all(claims, Evidence(results, cells))
+    judged = judge_all(claims, Evidence(results))
     report = Report(recipe, command, SECTIONS, results.problems, [f"The paper's claims: {tally(judged)}."])
     joint = results.without_bound()
     base = base_method(joint)

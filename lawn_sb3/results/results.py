@@ -27,6 +27,8 @@ BESIDES = ("curves", "slots", "paths", "sampled", "regrets")
 """Tables of :class:`Results` that can be read besides the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
+EQUILIBRIA = ("equilibrium", "worst-equilibrium")
+"""Players that look for equilibria."""
 
 
 @dataclass
@@ -41,6 +43,7 @@ class Results:
     :param paths: rows of all ``paths.csv``
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
+    :param checks: what was flown for the claims alone, by name: its rows, or why it cannot be made
     """
 
     recipe: Recipe
@@ -51,6 +54,7 @@ class Results:
     paths: pd.DataFrame = field(default_factory=pd.DataFrame)
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
+    checks: dict[str, pd.DataFrame | str] = field(default_factory=dict)
 
     @property
     def methods(self) -> dict[str, Method]:

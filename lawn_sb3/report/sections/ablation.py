@@ -59,7 +59,7 @@ def build_ablation(recipe: Recipe, cells: list[Cell], command: str) -> tuple[Rep
     if ablation_learning.has_curves(results):
         report.tables["learning_effects"] = ablation_learning.learning_effects(results)
         report.figures["learning_curves"] = ablation_learning.learning_curves(results), ablation_learning.CURVES_CAPTION
-    judged = judge_all([claim for claim in load_claims() if claim.needs == "ablation"], Evidence(results, cells))
+    judged = judge_all([claim for claim in load_claims() if claim.needs == "ablation"], Evidence(results))
     if any(finding.verdict != "not testable" for _, finding in judged):
         report.tables["claims"] = claims_table(judged, CLAIMS_CAPTION)
     if len(rows):

@@ -17,8 +17,6 @@ from lawn_sb3.report.table import Table, interval_columns
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import mean_interval, paired_difference
 
-FEWEST_RUNGS = 3
-"""A recipe whose learners stand on fewer rungs has no ladder."""
 KNOWN: dict[Rung, str] = {
     "nothing": "nothing of\nthe others",
     "loads": "cell loads\n(in $o_i$)",
@@ -40,15 +38,6 @@ CURVES = {
     "greedy/nash_gap_mbps": "Nash gap (Mbps)",
 }
 """What is drawn against env steps, as far as the trainings recorded it."""
-
-
-def has_ladder(results: Results) -> bool:
-    """Whether the learners of a recipe stand on enough rungs to compare them.
-
-    :param results: what the runs left
-    :return: true if they do
-    """
-    return len({rung_of(method) for method in results.methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
 def ladder_table(results: Results) -> Table:

@@ -1,0 +1,100 @@
+"""What a check is: which recipes it is for, what it depends on, how it is flown, and what its file may hold."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import pandas as pd
+
+from lawn_sb3.experiment.evaluation import COLUMNS, evaluate
+from lawn_sb3.experiment.knowledge import has_ladder
+from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.game.player import Player
+from lawn_sb3.results.csv_file import Allowed
+from lawn_sb3.scenario import Scenario
+
+
+class Check(ABC):
+    """Something to fly or plan for a recipe, for its claims if nothing else is said; it is kept in ``NAME.csv``."""
+
+    name: str
+    key: tuple[str, ...] = ("episode", "uav")
+    """Columns that no two rows have alike."""
+
+    def game(self, recipe: Recipe) -> Scenario:
+        """The game that is flown, on the recipe's test missions."""
+        return recipe.game()
+
+    def is_needed(self, recipe: Recipe, finished: Sequence[Cell]) -> bool:
+        """Whether the report asks for it: here, whether it judges the claims that need no other recipe.
+
+        :param recipe: the recipe
+        :param finished: the cells whose runs are finished
+        :return: true if it does
+        """
+        return not has_ladder({cell.key: cell.method for cell in finished}.values())
+
+    def depends_on(self, recipe: Recipe, finished: Sequence[Cell]) -> dict[str, Any]:
+        """What the rows depend on besides game and missions: with anything else they are stale.
+
+        :param recipe: the recipe
+        :param finished: the cells whose runs are finished
+        :return: what JSON can hold
+        """
+        return {}
+
+    @abstractmethod
+    def fly(self, recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
+        """Make the rows.
+
+        :param recipe: the recipe
+        :param finished: the cells whose runs are finished
+        :return: the rows
+        :raises UserError: if they cannot be made; why is told by the claim
+        """
+
+    @abstractmethod
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+        """What each column of the file may hold.
+
+        :param recipe: the recipe
+        :param finished: the cells whose runs are finished
+        :return: the columns, in order
+        """
+
+
+class EvaluationCheck(Check):
+    """A player flies the test missions, as methods do; the file holds the raw rows of its evaluation."""
+
+    @abstractmethod
+    def player(self) -> Player:
+        """Who flies."""
+
+    def fly(self, recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
+        """Let it fly."""
+        return evaluate(self.player(), self.game(recipe), recipe.evaluation.episodes, recipe.evaluation.seed)
+
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+        """Those of every evaluation."""
+        game = self.game(recipe)
+        slots = Allowed(1, game.max_slots, whole=True)
+        return {
+            **dict.fromkeys(COLUMNS, Allowed()),
+            **episode_and_uav(game, recipe),
+            "rate_mbps": Allowed(0),
+            "slots": slots,
+            "min_slots": Allowed(1, sum(game.grid), whole=True),
+            "arrived": Allowed(flag=True),
+            "utility_mbps": Allowed(0),
+            "collisions": Allowed(0, game.max_slots, whole=True),
+            "makespan_slots": slots,
+            "mean_cell_load": Allowed(1, game.num_uavs),
+        }
+
+
+def episode_and_uav(game: Scenario, recipe: Recipe) -> dict[str, Allowed]:
+    """The columns that tell UAVs of test missions apart."""
+    episodes = recipe.evaluation.episodes
+    return {"episode": Allowed(0, episodes - 1, whole=True), "uav": Allowed(0, game.num_uavs - 1, whole=True)}
