@@ -1,3 +1,3 @@
 """lawn-sb3: a Stable-Baselines3 kit for game-theoretic trajectory planning of UAV swarms."""
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -1,8 +1,8 @@
 """Every constant of the game: symbol, unit, bounds, and where its value comes from.
 
-The paper's Table I states some constants; the others were inferred from the figures it prints, or chosen where
-nothing in the paper depends on them. Where the text can be read in more than one way, the reading is a field too.
-The slot duration (delta_t) enters no equation of the paper, so it is no field.
+The paper's Table I states some constants; the others were inferred from the figures it prints, or chosen where nothing
+in the paper depends on them. Where the text can be read in more than one way, the reading is a field too. The slot
+duration (delta_t) is in no equation of the paper, so it is not a field.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from typing import Annotated, Any, Literal, Self
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from lawn_sb3.errors import UserError, explain, unknown_name
+from lawn_sb3.config import parse_overrides, read_yaml_mapping, validated
+from lawn_sb3.errors import unknown_name
 
 MOST_RBS = 1_000_000
 MOST_VOXELS = 10_000_000
-"""Tables of the airspace hold two numbers a voxel."""
+"""Tables of the airspace hold two numbers per voxel."""
 
 Source = Literal["stated", "inferred", "chosen"]
 
@@ -224,7 +225,7 @@ class Scenario(BaseModel):
 
     @property
     def snr_at_1m(self) -> float:
-        """P_tx * beta_0 / sigma^2 of eq:rate, linear."""
+        """P_tx * beta_0 / sigma^2 of Eq. (2), eq:rate, linear."""
         return float(10.0 ** ((self.tx_power_dbm + self.ref_gain_db - self.noise_power_dbm) / 10.0))
 
     def voxel_centre(self, voxel: Sequence[int] | NDArray[np.int64]) -> NDArray[np.float64]:
@@ -232,18 +233,21 @@ class Scenario(BaseModel):
 
         :param voxel: voxel coordinates, [..., 3]
         :return: position in metres, [..., 3]
+
+        >>> Scenario().voxel_centre((2, 0, 1))
+        array([25.,  5., 15.])
         """
         floor = np.array([0.0, 0.0, self.min_altitude_m])
         return floor + (np.asarray(voxel) + 0.5) * self.voxel_size_m
 
-    def changed(self, **changes: Any) -> Scenario:
+    def changed(self, /, **changes: Any) -> Scenario:
         """A copy with some constants changed, validated anew.
 
         :param changes: field names and their new values
         :return: the new scenario
         :raises UserError: if the result would not be a valid scenario
         """
-        return parse_scenario({**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
+        return validated(Scenario, {**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
 
     @property
     def title(self) -> str:
@@ -266,20 +270,6 @@ PRESETS: dict[str, Scenario] = {
 }
 
 
-def parse_scenario(values: dict[str, Any], where: str) -> Scenario:
-    """Validate a mapping of constants.
-
-    :param values: field names and values; what is left out takes the value of the preset ``paper``
-    :param where: what to call the source of the values in an error
-    :return: the scenario
-    :raises UserError: one line naming the field, the value and what is allowed
-    """
-    try:
-        return Scenario.model_validate(values)
-    except ValidationError as error:
-        raise explain(error, Scenario, where) from None
-
-
 def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
     """Find a scenario and change some of its constants.
 
@@ -291,50 +281,7 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
     if name in PRESETS:
         values = PRESETS[name].model_dump()
     elif Path(name).suffix in {".yaml", ".yml"}:
-        values = read_yaml_mapping(Path(name), "scenario")
-        values.setdefault("name", Path(name).stem)
+        values = {"name": Path(name).stem, **read_yaml_mapping(Path(name), "scenario")}
     else:
         raise unknown_name("scenario", name, [*PRESETS, "a path ending in .yaml"])
-    return parse_scenario({**values, **parse_overrides(overrides)}, where=f"scenario {name!r}")
-
-
-def parse_overrides(overrides: Sequence[str], option: str = "--set") -> dict[str, Any]:
-    """Read ``key=value`` changes.
-
-    :param overrides: the changes, each value in YAML
-    :param option: the command-line option they came from, for the error
-    :return: keys and values
-    :raises UserError: if one has no ``=`` or its value is not YAML
-    """
-    changes: dict[str, Any] = {}
-    for text in overrides:
-        key, equals, value = text.partition("=")
-        if not equals or not key.strip():
-            raise UserError(f"{option} {text!r}: expected key=value")
-        try:
-            changes[key.strip()] = yaml.safe_load(value)
-        except (yaml.YAMLError, ValueError):  # a date that does not exist is a ValueError
-            raise UserError(f"{option} {text!r}: the value is not valid YAML") from None
-    return changes
-
-
-def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
-    """Read a YAML file that must hold a mapping.
-
-    :param path: the file
-    :param what: what the file should be, for the error
-    :return: its content
-    :raises UserError: if the file cannot be read, is not YAML or is no mapping
-    """
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
-    except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that does not exist is a ValueError
-        mark = getattr(error, "problem_mark", None)
-        where = f", line {mark.line + 1}" if mark is not None else ""
-        reason = getattr(error, "problem", None) or str(error).splitlines()[0]
-        raise UserError(f"{what} file {str(path)!r}{where} is not valid YAML: {reason}") from None
-    if not isinstance(content, dict):
-        raise UserError(f"{what} file {str(path)!r} must hold keys and values, not {type(content).__name__}")
-    return content
+    return validated(Scenario, {**values, **parse_overrides(overrides)}, where=f"scenario {name!r}")

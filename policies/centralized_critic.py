@@ -8,5 +8,5 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class CentralizedCriticPolicy(CTDEPolicy):
     """Actor over o_i, critic V([o_i, x])."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([local, state], dim=1)

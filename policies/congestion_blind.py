@@ -8,10 +8,10 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class CongestionBlindPolicy(CTDEPolicy):
     """Actor over o_i without {n_b}, critic V([o_i, x])."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        local = flat[:, self.layout.local].clone()
-        local[:, self.layout.cell_loads] = 0.0
-        return local
+    def actor_input(self, local: th.Tensor) -> th.Tensor:
+        blind = local.clone()
+        blind[:, self.layout.cell_loads] = 0.0
+        return blind
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([local, state], dim=1)

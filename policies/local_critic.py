@@ -8,5 +8,5 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class LocalCriticPolicy(CTDEPolicy):
     """Actor pi(a | o_i), critic V(o_i)."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, self.layout.local]
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return local

@@ -12,5 +12,5 @@ from lawn_sb3.algos.mappo import MaskableCTDEPolicy
 class MaskedPolicy(MaskableCTDEPolicy):
     """Actor over o_i whose impossible moves are masked, critic V([o_i, x])."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([local, state], dim=1)

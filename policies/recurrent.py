@@ -11,5 +11,5 @@ from lawn_sb3.algos.mappo import RecurrentCTDEPolicy
 class RecurrentPolicy(RecurrentCTDEPolicy):
     """Actor with an LSTM over o_i, critic V([o_i, x]) without memory."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([local, state], dim=1)

@@ -11,13 +11,10 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class RelativePolicy(CTDEPolicy):
     """Actor over o_i with d_i - q_i in place of d_i, critic V([o_i, x]) with the same o_i."""
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        return self._relative(flat)[:, self.layout.local]
+    def actor_input(self, local: th.Tensor) -> th.Tensor:
+        relative = local.clone()
+        relative[:, self.layout.destination] -= local[:, self.layout.position]
+        return relative
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return self._relative(flat)
-
-    def _relative(self, flat: th.Tensor) -> th.Tensor:
-        seen = flat.clone()
-        seen[:, self.layout.destination] -= flat[:, self.layout.position]
-        return seen
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([self.actor_input(local), state], dim=1)

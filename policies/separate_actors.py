@@ -15,10 +15,10 @@ from torch import nn
 from lawn_sb3.algos.mappo import CTDEPolicy
 
 
-class OneEach(nn.Module):
-    """As many networks as UAVs; a row goes to the network of its UAV.
+class NetworkPerUAV(nn.Module):
+    """One network per UAV: each row is answered by its own UAV's.
 
-    :param networks: one network a UAV
+    :param networks: one network per UAV
     """
 
     def __init__(self, networks: Sequence[nn.Module]) -> None:
@@ -26,7 +26,7 @@ class OneEach(nn.Module):
         self.networks = nn.ModuleList(networks)
 
     def forward(self, rows: th.Tensor) -> th.Tensor:
-        """Ask them.
+        """Ask each row's own network.
 
         :param rows: inputs, followed by the UAV's index, one-hot [B, F + N]
         :return: outputs [B, anything]
@@ -38,15 +38,15 @@ class OneEach(nn.Module):
 
 
 class SeparateActorsPolicy(CTDEPolicy):
-    """N actors over o_i, critic V([o_i, x])."""
+    """N actors over o_i, of which the UAV's index picks its own, and a critic V([o_i, x])."""
 
-    needs_index = True
+    sees = ("index",)
 
     def __init__(
         self, observation_space: spaces.Box, action_space: spaces.Discrete, lr_schedule: Schedule, **kwargs: Any
     ) -> None:
         super().__init__(observation_space, action_space, lr_schedule, **kwargs)
-        self.mlp_extractor.policy_net = OneEach([self._actor() for _ in range(self.layout.num_uavs)])
+        self.mlp_extractor.policy_net = NetworkPerUAV([self._actor() for _ in range(self.layout.num_uavs)])
         self.action_net = nn.Identity()
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
@@ -59,8 +59,5 @@ class SeparateActorsPolicy(CTDEPolicy):
             self.init_weights(layer, gain=0.01 if layer is layers[-1] else 2.0**0.5)
         return nn.Sequential(*layers)
 
-    def actor_input(self, flat: th.Tensor) -> th.Tensor:
-        return th.cat([flat[:, self.layout.local], flat[:, self.layout.index]], dim=1)
-
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, : self.layout.index.start]
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return th.cat([local[:, self.layout.local], state], dim=1)

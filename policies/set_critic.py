@@ -30,7 +30,7 @@ class SetCriticPolicy(CTDEPolicy):
         self.encoder = nn.Sequential(nn.Linear(OWN, width), nn.ReLU(), nn.Linear(width, width), nn.ReLU())
         super()._build_mlp_extractor()
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        uavs = flat[:, self.layout.state][:, self.layout.state_uavs].reshape(len(flat), -1, OWN)
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        uavs = state[:, self.layout.state_uavs].reshape(len(state), -1, OWN)
         swarm = self.encoder(uavs).mean(dim=1)
-        return th.cat([flat[:, self.layout.local], swarm], dim=1)
+        return th.cat([local, swarm], dim=1)

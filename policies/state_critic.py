@@ -8,5 +8,5 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class StateCriticPolicy(CTDEPolicy):
     """Actor over o_i, critic V(x)."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, self.layout.state]
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return state

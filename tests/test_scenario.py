@@ -16,7 +16,6 @@ from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 from tests.game.random_play import scenarios
 
 PAPER = PRESETS["paper"]
-CONSTANTS = [name for name in Scenario.model_fields if name != "name"]
 
 # The presets
 
@@ -102,30 +101,23 @@ def test_positions_are_voxel_centres() -> None:
 
 def test_scenario_cannot_be_changed_in_place() -> None:
     with pytest.raises(ValidationError):
-        PAPER.num_uavs = 5
+        PAPER.num_uavs = 5  # type: ignore[misc]
 
 
 # Documentation of the constants
 
 
-@pytest.mark.parametrize("name", CONSTANTS)
-def test_every_constant_says_its_symbol_unit_source_and_meaning(name: str) -> None:
-    field = Scenario.model_fields[name]
-    extra: Any = field.json_schema_extra
-    assert extra["symbol"]
-    assert extra["unit"]
-    assert extra["source"] in {"stated", "inferred", "chosen"}
-    assert field.description
+def test_every_constant_says_its_symbol_unit_source_and_meaning() -> None:
+    for name, field in Scenario.model_fields.items():
+        if name != "name":
+            extra: Any = field.json_schema_extra
+            assert extra["symbol"], name
+            assert extra["unit"], name
+            assert extra["source"] in {"stated", "inferred", "chosen"}
+            assert field.description, name
 
 
 # Files and overrides
-
-
-@pytest.mark.parametrize("preset", PRESETS)
-def test_preset_survives_yaml(preset: str, tmp_path: Path) -> None:
-    path = tmp_path / "copy.yaml"
-    path.write_text(PRESETS[preset].to_yaml(), encoding="utf-8")
-    assert load_scenario(str(path)) == PRESETS[preset]
 
 
 @given(scenario=scenarios())
@@ -140,12 +132,6 @@ def test_file_needs_only_what_differs_and_is_named_after_itself(tmp_path: Path) 
     path = tmp_path / "crowded.yml"
     path.write_text("num_uavs: 8\nrb_bandwidth_hz: 360e3\n", encoding="utf-8")
     assert load_scenario(str(path)) == PAPER.changed(name="crowded", num_uavs=8, rb_bandwidth_hz=360e3)
-
-
-def test_overrides_are_yaml_and_the_last_one_counts() -> None:
-    overrides = ["num_uavs=2", " num_uavs = 3", "rbs_per_gbs=[1, 2, 3, 4]", "arrival=fly-through"]
-    expected = PAPER.changed(num_uavs=3, rbs_per_gbs=(1, 2, 3, 4), arrival="fly-through")
-    assert load_scenario("paper", overrides) == expected
 
 
 def test_overrides_go_over_a_file(tmp_path: Path) -> None:
@@ -213,7 +199,16 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "arrival=soon": ("arrival = 'soon'", "'slot-end' or 'fly-through'"),
     "bias_horizon=never": ("bias_horizon = 'never'", "'completion' or 'deadline'"),
     "gbs_layout=ring": ("gbs_layout = 'ring'", "'tile-centres' or 'corners'"),
-    "num_uav=8": ("num_uav", "did you mean 'num_uavs'?", "known: arrival,"),
+    "num_uav=8": ("unknown key 'num_uav' (did you mean 'num_uavs'?); known: arrival,",),
+    "num_uavs=true": ("num_uavs = True", "no constant is true or false"),
+    "tx_power_dbm=1.0e+6": ("tx_power_dbm", "less than or equal to 100"),
+    "tx_power_dbm=-400": ("tx_power_dbm", "greater than or equal to -100"),
+    "path_loss_exponent=4000": ("path_loss_exponent", "less than or equal to 10"),
+    "ema_beta=1.0e-17": ("ema_beta = 1e-17", "greater than or equal to"),
+    "rbs_per_gbs=99999999999999999999999": ("rbs_per_gbs", "1 to 1000000 RBs"),
+    "max_slots=99999999999999999999999": ("max_slots", "less than or equal to 1000000"),
+    "voxel_size_m=1.0e-320": ("voxel_size_m", "greater than or equal to 0.001"),
+    "width_voxels=100000000000": ("width_voxels", "less than or equal to 10000"),
 }
 
 
@@ -237,72 +232,21 @@ def test_changed_refuses_as_loading_does() -> None:
         PAPER.changed(ema_beta=2)
 
 
-@pytest.mark.parametrize("override", ["num_uavs", "=8", "num_uavs 8", ""])
-def test_override_without_key_and_value_is_refused(override: str) -> None:
-    assert missing((f"--set {override!r}", "key=value"), refusal("paper", override)) == []
-
-
-def test_override_that_is_not_yaml_is_refused() -> None:
-    assert missing(("--set 'rbs_per_gbs=[1, 2'", "not valid YAML"), refusal("paper", "rbs_per_gbs=[1, 2")) == []
-
-
 def test_unknown_preset_is_refused_with_a_suggestion() -> None:
     assert missing(("'papr'", "did you mean 'paper'?", "as-printed", ".yaml"), refusal("papr")) == []
-
-
-def test_missing_file_is_refused(tmp_path: Path) -> None:
-    path = str(tmp_path / "nowhere.yaml")
-    assert missing((path, "No such file"), refusal(path)) == []
 
 
 @pytest.mark.parametrize(
     ("content", "words"),
     [
-        (b"num_uavs: [4\nmax_slots: }", ("not valid YAML",)),
-        (b"\xff\xfe\x00", ("not valid YAML",)),
-        (b"- num_uavs\n- 4\n", ("keys and values", "list")),
-        (b"", ("keys and values", "NoneType")),
-        (b"num_uavs: 4\nmax_slotz: 9\n", ("max_slotz", "did you mean 'max_slots'?")),
-        (b"num_uavs: 0\n", ("num_uavs = 0", "greater than or equal to 1")),
-        (b"7: 4\n", ("7", "strings")),
+        ("num_uavs: 4\nmax_slotz: 9\n", ("max_slotz", "did you mean 'max_slots'?")),
+        ("num_uavs: 0\n", ("num_uavs = 0", "greater than or equal to 1")),
+        ("7: 4\n", ("7", "strings")),
+        ("- 4\n", ("keys and values",)),
     ],
-    ids=["broken", "binary", "list", "empty", "misspelt", "impossible", "number-as-key"],
+    ids=["misspelt", "impossible", "number-as-key", "list"],
 )
-def test_unusable_file_is_refused_by_name(content: bytes, words: tuple[str, ...], tmp_path: Path) -> None:
+def test_unusable_file_is_refused_by_name(content: str, words: tuple[str, ...], tmp_path: Path) -> None:
     path = tmp_path / "mine.yaml"
-    path.write_bytes(content)
+    path.write_text(content, encoding="utf-8")
     assert missing((str(path), *words), refusal(str(path))) == []
-
-
-@pytest.mark.parametrize(
-    "override",
-    [
-        "tx_power_dbm=1.0e+6",
-        "tx_power_dbm=-400",
-        "path_loss_exponent=4000",
-        "ema_beta=1.0e-17",
-        "rbs_per_gbs=99999999999999999999999",
-        "max_slots=99999999999999999999999",
-        "voxel_size_m=1.0e-320",
-        "width_voxels=100000000000",
-        "num_uavs=true",
-        "name=2020-13-45",
-    ],
-)
-def test_a_scenario_that_could_not_be_played_is_refused(override: str) -> None:
-    with pytest.raises(UserError) as error:
-        load_scenario("paper", [override])
-    assert "\n" not in str(error.value)
-
-
-def test_a_misspelt_key_is_named_once() -> None:
-    with pytest.raises(UserError) as error:
-        load_scenario("paper", ["num_uav=3"])
-    assert str(error.value).count("'num_uav'") == 1
-
-
-def test_invalid_yaml_is_refused_with_its_line(tmp_path: Path) -> None:
-    path = tmp_path / "odd.yaml"
-    path.write_text("num_uavs: 4\nwidth_voxels: [3\nlength_voxels: 5\n", encoding="utf-8")
-    with pytest.raises(UserError, match=r"odd\.yaml', line 3 is not valid YAML"):
-        load_scenario(str(path))

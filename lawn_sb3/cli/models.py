@@ -18,6 +18,7 @@ from lawn_sb3.cli.console import (
     print_figures,
     say,
 )
+from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished, run_cell, try_method, write_rows
 from lawn_sb3.experiment.evaluation import flies_alone, fly, summarize
@@ -27,7 +28,7 @@ from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, 
 from lawn_sb3.experiment.regret import regrets, summarize_regrets
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.verification import verify_run
-from lawn_sb3.scenario import Scenario, load_scenario, parse_overrides, parse_scenario
+from lawn_sb3.scenario import Scenario, load_scenario
 
 app = typer.Typer()
 
@@ -79,7 +80,7 @@ def train(
         whole = _cell_of_algorithm(algo or "mappo", policy, out.resolve().name)
     game = whole.scenario if scenario is None else load_scenario(scenario)
     if changes:
-        game = parse_scenario({**game.model_dump(), **parse_overrides(changes)}, where=f"scenario {game.name!r}")
+        game = game.changed(**parse_overrides(changes))
     values = whole.method.model_dump()
     values["settings"] = {**values["settings"], **changed}
     values |= {key: value for key, value in (("env_steps", env_steps), ("num_games", num_games)) if value is not None}
@@ -169,8 +170,7 @@ def evaluate_command(
     if run is not None:
         cell = load_run(run)
         own = cell.scenario if scenario is None else load_scenario(scenario)
-        changed = {**own.model_dump(), **parse_overrides(changes)}
-        game = parse_scenario(changed, where=f"scenario {own.name!r}") if changes else own
+        game = own.changed(**parse_overrides(changes)) if changes else own
         if (game.num_gbs, game.max_voxel_steps) != (cell.scenario.num_gbs, cell.scenario.max_voxel_steps):
             raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
         if not is_finished(cell):

@@ -32,12 +32,10 @@ from lawn_sb3.experiment.scaling import scale_out
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
 from lawn_sb3.experiment.weights import WEIGHTS_FILE
 from lawn_sb3.paper.checks import export_checks, fly_checks
+from lawn_sb3.report.against_reference import against_reference
+from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report
-from lawn_sb3.report.page import build_report
-from lawn_sb3.report.sections.ablation import build_ablation
-from lawn_sb3.report.sections.against_reference import against_reference
-from lawn_sb3.report.sections.sensitivity import build_sensitivity
-from lawn_sb3.results.results import Results, read_results
+from lawn_sb3.results.results import read_results
 
 app = typer.Typer()
 
@@ -51,9 +49,8 @@ def reproduce(
 
     Finished runs are kept, cut ones are resumed, those made with other settings are made anew.
     """
-    recipe = load_recipe(recipe_path)
+    recipe, command = load_recipe(recipe_path), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     runs = recipe_path.parent / recipe.name
-    command = f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     todo = cells(recipe, runs)
     _try_methods(todo)
     with interruptible():
@@ -66,12 +63,12 @@ def reproduce(
         except FailedRunsError:
             with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
                 fly_checks(recipe, todo, messages)
-                _report(recipe, runs, command)
+                _publish(build_report(recipe, todo, command), runs / "report")
             raise
         fly_checks(recipe, todo, messages)
-        results = _report(recipe, runs, command)
-    if results is not None:
-        _compare(results, _reference(recipe_path, recipe), runs / "report")
+        _publish(build_report(recipe, todo, command), runs / "report")
+    if not recipe.variants:
+        _compare(recipe, runs, _reference(recipe_path, recipe))
 
 
 def _try_methods(todo: list[Cell]) -> None:
@@ -108,10 +105,10 @@ def ablate(
     with interruptible():
         run_cells(own, jobs, messages)
     option = "" if recipe_path == ABLATION_RECIPE else f" --recipe {recipe_path.as_posix()}"
-    report, _ = build_ablation(recipe, compared, f"lawn-sb3 ablate {policy}{option}")
+    report = build_report(recipe, compared, f"lawn-sb3 ablate {policy}{option}")
     if kept:
         report.summary.append(f"Reference results, not your own runs: {', '.join(sorted(unfinished))}.")
-    _publish(report, runs / key / "report", "effects", "effect of each ablation on its default")
+    _publish(report, runs / key / "report")
 
 
 @app.command("report")
@@ -132,7 +129,7 @@ def report_command(
         )
         raise UserError(f"no runs in {str(chosen)!r}: run lawn-sb3 reproduce {recipe_path} first{hint}")
     command = f"lawn-sb3 report {recipe_path.as_posix()}" + (f" --runs {runs.as_posix()}" if runs else "")
-    _report(recipe, chosen, command, out)
+    _publish(build_report(recipe, cells(recipe, chosen), command), out or chosen / "report")
 
 
 @app.command()
@@ -151,14 +148,16 @@ def export(
     if folder.exists() and not (folder / "report" / "report.json").exists() and any(folder.iterdir()):
         raise UserError(f"--to {str(folder)!r} holds something else than an earlier export: name a new folder")
     if recipe.variants:  # too many runs to keep
-        _report(recipe, runs, f"lawn-sb3 reproduce {recipe_path.as_posix()}")
+        command = f"lawn-sb3 reproduce {recipe_path.as_posix()}"
+        _publish(build_report(recipe, cells(recipe, runs), command), runs / "report")
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
     files = ABLATION_FILES if recipe.is_ablation else (*RESULT_FILES, WEIGHTS_FILE)
     finished = cells(recipe, runs)
     written = export_runs(finished, runs, folder, files)  # refuses before anything is replaced
     written += export_checks(finished, folder)
-    _report(recipe, folder, f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}")
+    command = f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}"
+    _publish(build_report(recipe, cells(recipe, folder), command), folder / "report")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")
 
 
@@ -166,27 +165,11 @@ def _reference(recipe_path: Path, recipe: Recipe) -> Path:
     return recipe_path.parent / "reference" / recipe.name
 
 
-def _report(recipe: Recipe, runs: Path, command: str, out: Path | None = None) -> Results | None:
-    """Build, write and announce the report; returns what it was made of, if the recipe has but one game."""
-    results = None
-    if recipe.variants:
-        report = build_sensitivity(recipe, runs, command)
-        main, shows = "ranking_reward", "J̄ by changed game"
-    elif recipe.is_ablation:
-        report, results = build_ablation(recipe, cells(recipe, runs), command)
-        main, shows = "effects", "effect of each ablation on its default"
-    else:
-        report, results = build_report(recipe, cells(recipe, runs), command)
-        main, shows = "table2", "Table II; the paper's values in parentheses"
-    _publish(report, out or runs / "report", main, shows)
-    return results
-
-
-def _publish(report: Report, folder: Path, main: str, shows: str) -> None:
+def _publish(report: Report, folder: Path) -> None:
     """Write a report and show its main table."""
     write_report(report, folder)
-    if main in report.tables:
-        print_table(report.tables[main].shown, f"{report.recipe.title or report.recipe.name}: {shows}")
+    if report.main in report.tables:
+        print_table(report.tables[report.main].shown, f"{report.title}: {report.main_title}")
     for text in report.summary:
         say(text)
     for problem in report.problems:
@@ -194,17 +177,17 @@ def _publish(report: Report, folder: Path, main: str, shows: str) -> None:
     say(f"report: {folder / 'README.md'}")
 
 
-def _compare(results: Results, folder: Path, target: Path) -> None:
-    """Hold a new run against the reference, where there is one."""
-    if not folder.is_dir():
+def _compare(recipe: Recipe, runs: Path, reference: Path) -> None:
+    """Hold new runs against the reference, where there is one."""
+    if not reference.is_dir():
         say("no reference results to compare with")
         return
-    table = against_reference(results, read_results(results.recipe, cells(results.recipe, folder), besides=()))
-    if not len(table.shown):
-        say(f"the reference results in {folder} are of other methods or settings: nothing to compare with")
+    table = against_reference(*(read_results(recipe, cells(recipe, folder), ()) for folder in (runs, reference)))
+    if table.shown.empty:
+        say(f"the reference results in {reference} are of other methods or settings: nothing to compare with")
         return
-    table.save(target, "against_reference")
-    print_table(table.shown, f"This run against the reference results in {folder}")
+    table.save(runs / "report", "against_reference")
+    print_table(table.shown, f"This run against the reference results in {reference}")
 
 
 @app.command()

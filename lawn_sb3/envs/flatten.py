@@ -1,8 +1,8 @@
 """SuperSuit's flattening of the game into an SB3 vector environment, and the adapter that mends it.
 
-SuperSuit drops seeds, hides attributes, lets copies of an environment play the same game and reports the end of an
+SuperSuit drops seeds, hides attributes, lets copies of an environment play the same game, and reports the end of an
 episode only when it ends for everybody. The environment underneath therefore reports each mission's end in the infos,
-and the adapter turns that into SB3's conventions.
+and the adapter translates that into SB3's conventions.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 from lawn_sb3.envs.observation import Extra
 from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario
 
 
 class FlatVecEnv(VecEnvWrapper):
-    """SB3's view of a flattened game: one slot a UAV, done at the end of each mission.
+    """SB3's view of a flattened game: one slot per UAV, done at the end of each mission.
 
     :param venv: what ``supersuit.concat_vec_envs_v1(..., base_class="stable_baselines3")`` returned
     :param games: the environments inside it, in order
@@ -34,25 +34,25 @@ class FlatVecEnv(VecEnvWrapper):
 
     def __init__(self, venv: VecEnv, games: Sequence[TrainingEnv], seed: int | None = None) -> None:
         self.games = list(games)
-        self._slots = np.repeat(np.arange(len(self.games)), [len(game.possible_agents) for game in self.games])
+        self._agents = [(game, agent) for game in self.games for agent in range(len(game.possible_agents))]
         super().__init__(venv, observation_space=venv.observation_space, action_space=venv.action_space)
         self.seed(seed)
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed the missions from the next reset on, each environment inside with a stream of its own.
 
-        :param seed: the seed; none draws one
-        :return: the seed each slot's environment will be reset with
+        :param seed: the seed; without one it is drawn
+        :return: the seed that each slot's environment will be reset with
         """
         children = np.random.SeedSequence(seed).spawn(len(self.games))
         own = [int(child.generate_state(1, np.uint64)[0]) for child in children]
         self._next_seeds: list[int] | None = own
-        return [own[game] for game in self._slots]
+        return [seed for game, seed in zip(self.games, own, strict=True) for _ in game.possible_agents]
 
     def reset(self) -> VecEnvObs:
         """Start all games anew; seeded if :meth:`seed` was called since the last reset.
 
-        :return: observations, one row a slot
+        :return: observations, one row per slot
         """
         observations = self.venv.reset()
         if self._next_seeds is not None:
@@ -66,59 +66,38 @@ class FlatVecEnv(VecEnvWrapper):
         return observations
 
     def step_wait(self) -> VecEnvStepReturn:
-        """Finish a step.
-
-        :return: observations, rewards, dones (a mission ended) and infos, one a slot
-        """
+        """Finish a step: observations, rewards, dones (a mission ended) and infos, one per slot."""
         observations, rewards, _, infos = self.venv.step_wait()
         dones = np.fromiter(("episode" in info for info in infos), dtype=bool, count=self.num_envs)
         return observations, rewards, dones, infos
 
-    def _indices(self, indices: VecEnvIndices) -> list[int]:
-        """Which environments inside the given slots belong to, one entry a slot."""
-        return [int(self._slots[index]) for index in self._get_indices(indices)]
+    def _behind(self, indices: VecEnvIndices) -> list[tuple[TrainingEnv, int]]:
+        """The environment behind each of the given slots, and which of its agents the slot is."""
+        return [self._agents[index] for index in self._get_indices(indices)]
 
     def get_attr(self, attr_name: str, indices: VecEnvIndices = None) -> list[Any]:
-        """Read an attribute of the environment behind each slot.
-
-        :param attr_name: name of the attribute
-        :param indices: slots, all by default
-        :return: one value a slot
-        """
-        return [getattr(self.games[game], attr_name) for game in self._indices(indices)]
+        """Read an attribute of the environment behind each slot."""
+        return [getattr(game, attr_name) for game, _ in self._behind(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: VecEnvIndices = None) -> None:
-        """Write an attribute of the environments behind some slots.
-
-        :param attr_name: name of the attribute
-        :param value: its value
-        :param indices: slots, all by default
-        """
-        for game in set(self._indices(indices)):
-            setattr(self.games[game], attr_name, value)
+        """Write an attribute of the environments behind some slots."""
+        for game, _ in self._behind(indices):
+            setattr(game, attr_name, value)
 
     def has_attr(self, attr_name: str) -> bool:
-        """Whether all environments inside have an attribute.
-
-        :param attr_name: its name
-        :return: true if they do
-        """
+        """Whether all environments inside have an attribute."""
         return all(hasattr(game, attr_name) for game in self.games)
 
     def set_options(self, options: list[dict[str, Any]] | dict[str, Any] | None = None) -> None:
-        """Refuse options: the games know none.
+        """Refuse reset options: the games know none.
 
-        :param options: nothing, or empty
         :raises UserError: if there are any
         """
         if options:
             raise UserError("the training environment knows no reset options; LawnEnv takes missions by hand")
 
     def get_images(self) -> Sequence[None]:
-        """Pictures of the games: none; render one with LawnEnv.
-
-        :return: nothing for each slot
-        """
+        """No pictures: LawnEnv draws them."""
         return [None] * self.num_envs
 
     def env_method(
@@ -130,38 +109,28 @@ class FlatVecEnv(VecEnvWrapper):
         :param method_args: its positional arguments
         :param indices: slots, all by default
         :param method_kwargs: its keyword arguments
-        :return: the results, one a slot; slots of one environment share its result
+        :return: one result per slot: its own row if the method answers with one row per agent, otherwise what its
+            environment returned
         """
-        slots = self._indices(indices)
-        if method_name == "action_masks":  # sb3-contrib asks every slot for its own
-            masks = self.action_masks()
-            return [masks[slot] for slot in self._get_indices(indices)]
+        behind = self._behind(indices)
         results = {
-            game: getattr(self.games[game], method_name)(*method_args, **method_kwargs) for game in dict.fromkeys(slots)
+            game: getattr(game, method_name)(*method_args, **method_kwargs)
+            for game in dict.fromkeys(game for game, _ in behind)
         }
-        return [results[game] for game in slots]
+        if method_name in TrainingEnv.row_per_agent:
+            return [results[game][agent] for game, agent in behind]
+        return [results[game] for game, _ in behind]
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Which moves are allowed.
-
-        :return: true for a move that is, one row a slot [num_envs, A]
-        """
+        """Which moves are allowed, one row per slot [num_envs, A]."""
         return np.concatenate([game.action_masks() for game in self.games])
 
     def flying(self) -> NDArray[np.bool_]:
-        """Who is in the air; the others wait for their game to restart.
-
-        :return: one answer a slot [num_envs]
-        """
-        return np.concatenate([game.simulator.state.flying.ravel() for game in self.games])
+        """Who is in the air [num_envs]; the others wait for their game to restart."""
+        return np.concatenate([game.flying() for game in self.games])
 
     def env_is_wrapped(self, wrapper_class: type[Any], indices: VecEnvIndices = None) -> list[bool]:
-        """Whether a Gymnasium wrapper lies around the environments: never, they are PettingZoo's.
-
-        :param wrapper_class: the wrapper
-        :param indices: slots, all by default
-        :return: one answer a slot
-        """
+        """Whether a Gymnasium wrapper lies around the environments: never, they are PettingZoo's."""
         return [False for _ in self._get_indices(indices)]
 
 
@@ -174,7 +143,6 @@ def make_vec_env(
     continuation: Continuation = "mission",
     timeout: Timeout = "terminal",
     without_reward: Collection[RewardTerm] = (),
-    with_index: bool = False,
     extras: Collection[Extra] = (),
     slack: int | None = None,
     credit: Credit = "own",
@@ -187,21 +155,21 @@ def make_vec_env(
     :param copies: how many such environments to lay side by side; one is fastest
     :param seed: seed of the missions
     :param continuation: ``mission`` (a new mission at once) or ``episode`` (wait for the game to restart)
-    :param timeout: ``terminal`` (eq:terminal) or ``truncated`` (SB3 then bootstraps the value)
+    :param timeout: ``terminal``, as in the paper, or ``truncated`` (SB3 then bootstraps the value)
     :param without_reward: terms of the reward that the learner is not given: ``rate``, ``nav``, ``col``, ``term``
-    :param with_index: append each UAV's index to its observation
-    :param extras: what the observations hold between o_i and x: ``clock``, ``memory``, ``destinations``,
-        ``intents``
-    :param slack: allow in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
+    :param extras: what the observations hold between o_i and x: ``clock``, ``memory``, ``destinations``, ``intents``,
+        ``index``
+    :param slack: allow only moves that keep arrival within T_i^min + ``slack`` slots possible; by default, all moves
+        inside the airspace
     :param credit: whose reward a learner is given: ``own``, ``difference`` or ``team``
-    :param fewest_uavs: games of so many to N UAVs, drawn anew for each (``episode``); all N without a number
+    :param fewest_uavs: each new game has ``fewest_uavs`` to N UAVs (``episode`` only); by default all N
     :return: a vector environment of copies * G * N slots
     :raises UserError: if an argument is not allowed
     """
     if copies < 1:
         raise UserError(f"copies = {copies}: at least 1")
     games = TrainingEnv(
-        scenario, num_games, continuation, timeout, seed, without_reward, with_index, extras, slack, credit, fewest_uavs
+        scenario, num_games, continuation, timeout, seed, without_reward, extras, slack, credit, fewest_uavs
     )
     venv = supersuit.concat_vec_envs_v1(
         supersuit.pettingzoo_env_to_vec_env_v1(games), copies, base_class="stable_baselines3"

@@ -1,22 +1,21 @@
-"""What a UAV and a critic see: the local observation o_i (eq:obs) and the global state x (eq:global_state).
+"""What a UAV and a critic see: the local observation o_i and the global state x.
 
-Policies get both in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to
-see stands between them, so that an actor which may not see x is handed the columns before it and no others; the UAV's
-index i stands at the end.
+Both travel in one flat vector [o_i | x]; the layout knows where everything lies in it. What else a policy asks to see
+stands between them, so that an actor that may not see x is handed only the columns before it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import ClassVar, Literal, get_args
 
 import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import MEMORY_SLOTS, State
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
+from lawn_sb3.game.state import MEMORY_SLOTS, State
 from lawn_sb3.scenario import Scenario
 
 Floats32 = NDArray[np.float32]
@@ -28,41 +27,51 @@ SLOT_UNIT = 10.0
 LOAD_UNIT_UAVS = 4.0
 """Cell loads are given in units of four UAVs, whatever N: an actor can be moved to another N."""
 
-OWN = 8  # numbers a UAV contributes: position, destination, T_min, EMA rate
-CELL = 4  # numbers a GBS contributes: load, position
-
-
+OWN = 8  # numbers per UAV: position, destination, T_min, EMA rate
+CELL = 4  # numbers per GBS: load, position
 VOXEL = 3  # coordinates of a voxel
 
-Extra = Literal["clock", "memory", "destinations", "intents"]
+Extra = Literal["clock", "memory", "destinations", "intents", "index"]
 """What a policy can ask to see besides o_i, in the order in which it stands in the flat observation:
 
 - ``clock``: how many slots of its mission it has flown;
 - ``memory``: the cell loads it saw in the slots before, newest first;
 - ``destinations``: how many other UAVs in the air head for each cell;
-- ``intents``: position and destination of every other UAV, as a shared flight plan gives them.
+- ``intents``: position and destination of every other UAV, as a shared flight plan gives them;
+- ``index``: which of the N UAVs it is, one-hot.
 """
 EXTRAS: tuple[Extra, ...] = get_args(Extra)
 Sight = Literal[Extra, "state"]
 """The same, or all of x."""
 NOT_BY_N: frozenset[Extra] = frozenset({"clock", "memory", "destinations"})
-"""What is as long for every number of UAVs."""
+"""Extras that have the same length for every number of UAVs."""
 
 
 @dataclass(frozen=True)
 class ObservationLayout:
-    """Where everything lies in the flat observation [o_i | extras | x], or [o_i | extras | x | i], the index one-hot.
+    """Where everything lies in the flat observation [o_i | extras | x].
 
     :param num_uavs: N
     :param num_gbs: M
-    :param with_index: whether the UAV's index follows
     :param extras: what stands between o_i and x, in the order of :data:`EXTRAS`
+
+    >>> layout = ObservationLayout(num_uavs=4, num_gbs=4)
+    >>> layout.local_dim, layout.state_dim  # 8 + 4 * 4 and 4 * 8 + 4 * 4
+    (24, 48)
     """
 
     num_uavs: int
     num_gbs: int
-    with_index: bool = False
     extras: tuple[Extra, ...] = ()
+
+    position: ClassVar[slice] = slice(0, 3)
+    """Columns of q_i in o_i."""
+    destination: ClassVar[slice] = slice(3, 6)
+    """Columns of d_i in o_i."""
+    min_slots: ClassVar[slice] = slice(6, 7)
+    """Column of T_i^min in o_i."""
+    ema_rate: ClassVar[slice] = slice(7, 8)
+    """Column of the EMA rate in o_i."""
 
     @property
     def local_dim(self) -> int:
@@ -77,7 +86,7 @@ class ObservationLayout:
     @property
     def flat_dim(self) -> int:
         """Length of the flat observation."""
-        return self.local_dim + self.extras_dim + self.state_dim + self.num_uavs * self.with_index
+        return self.local_dim + self.extras_dim + self.state_dim
 
     @property
     def extras_dim(self) -> int:
@@ -95,17 +104,8 @@ class ObservationLayout:
         start = self.local_dim + self.extras_dim
         return slice(start, start + self.state_dim)
 
-    @property
-    def index(self) -> slice:
-        """Columns of the UAV's index in the flat observation; empty without one."""
-        return slice(self.state.stop, self.state.stop + self.num_uavs * self.with_index)
-
     def seen(self, sees: Collection[Sight]) -> slice:
-        """Columns of the flat observation that an actor may see: all, or those before x.
-
-        :param sees: what its policy says it sees
-        :return: the columns
-        """
+        """Columns of the flat observation for an actor whose policy ``sees`` this: all, or those before x."""
         return slice(0, self.state.stop if "state" in sees else self.state.start)
 
     def _width(self, extra: Extra) -> int:
@@ -115,41 +115,18 @@ class ObservationLayout:
             "memory": MEMORY_SLOTS * self.num_gbs,
             "destinations": self.num_gbs,
             "intents": 2 * VOXEL * others,
+            "index": self.num_uavs,
         }
         return widths[extra]
 
     def extra(self, name: Extra) -> slice:
-        """Columns of one of the extras in the flat observation; empty where the layout has none.
-
-        :param name: which
-        :return: the columns
-        """
+        """Columns of one of the extras in the flat observation; empty if the layout does not have it."""
         start = self.local_dim
         for extra in self.extras:
             if extra == name:
                 return slice(start, start + self._width(extra))
             start += self._width(extra)
         return slice(start, start)
-
-    @property
-    def position(self) -> slice:
-        """Columns of q_i in o_i."""
-        return slice(0, 3)
-
-    @property
-    def destination(self) -> slice:
-        """Columns of d_i in o_i."""
-        return slice(3, 6)
-
-    @property
-    def min_slots(self) -> slice:
-        """Column of T_i^min in o_i."""
-        return slice(6, 7)
-
-    @property
-    def ema_rate(self) -> slice:
-        """Column of the EMA rate in o_i."""
-        return slice(7, 8)
 
     @property
     def cell_loads(self) -> slice:
@@ -180,16 +157,15 @@ class ObservationLayout:
 
 
 class Observer:
-    """Reads observations off a simulator's state, in units that are the same for all methods.
+    """Makes observations of a simulator's state, in units that are the same for all methods.
 
     :param scenario: the scenario
-    :param with_index: append each UAV's index
     :param extras: what stands between o_i and x
     """
 
-    def __init__(self, scenario: Scenario, with_index: bool = False, extras: Collection[Extra] = ()) -> None:
+    def __init__(self, scenario: Scenario, extras: Collection[Extra] = ()) -> None:
         chosen = tuple(extra for extra in EXTRAS if extra in extras)
-        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, with_index, chosen)
+        self.layout = ObservationLayout(scenario.num_uavs, scenario.num_gbs, chosen)
         self._rate_unit_mbps = rate_unit_mbps(scenario)
         self._arrived_stays = scenario.arrived_uav == "stays"
         voxels = (scenario.gbs_positions - scenario.voxel_centre((0, 0, 0))) / scenario.voxel_size_m
@@ -213,7 +189,7 @@ class Observer:
         return cells.reshape(len(cells), -1)
 
     def _extra(self, name: Extra, state: State) -> NDArray[np.floating]:
-        """One of the extras [G, N, its width], or [1, N, ...] or [G, 1, ...] where it is the same for all."""
+        """One of the extras [G, N, its width]; [1, N, ...] if it is the same in all games."""
         num_games, num_uavs = state.slot.shape
         if name == "clock":
             return state.slot[..., None] / SLOT_UNIT
@@ -223,16 +199,14 @@ class Observer:
             return np.asarray(seen.reshape(num_games, num_uavs, -1))
         if name == "destinations":
             return np.asarray(self.headed(state) / LOAD_UNIT_UAVS)
+        if name == "index":
+            return np.eye(num_uavs)[None]
         others = (np.arange(num_uavs)[:, None] + np.arange(1, num_uavs)) % num_uavs  # [N, N - 1]
         intents = np.concatenate([state.position, state.destination], axis=-1)[:, others]  # [G, N, N - 1, 6]
         return np.asarray(intents.reshape(num_games, num_uavs, -1) / POSITION_UNIT_VOXELS)
 
     def headed(self, state: State) -> NDArray[np.int64]:
-        """How many other UAVs head for each cell: those in the air, and those that stay where they arrived.
-
-        :param state: state of G games
-        :return: counts without the UAV itself [G, N, M]
-        """
+        """How many other UAVs head for each cell [G, N, M]: those in the air, and those that stay on arrival."""
         x, y, z = np.moveaxis(state.destination, -1, 0)
         counts = np.eye(self.layout.num_gbs, dtype=np.int64)[self._cell[x, y, z]]  # [G, N, M]
         if not self._arrived_stays:
@@ -240,26 +214,30 @@ class Observer:
         return np.asarray(counts.sum(axis=1, keepdims=True) - counts)
 
     def local(self, state: State) -> Floats32:
-        """Local observations o_i (eq:obs).
+        """Local observations, Eq. (12), eq:obs.
+
+        o_i(t) = [q_i(t), d_i, T_i^min, R-bar_i(t), {n_b(t), g_b} for every GBS b]
 
         :param state: state of G games
-        :return: one observation a UAV [G, N, local_dim]
+        :return: one observation per UAV [G, N, local_dim]
         """
         return self.flat(state)[..., self.layout.local]
 
     def state(self, state: State) -> Floats32:
-        """Global states x (eq:global_state).
+        """Global states, Eq. (11), eq:global_state.
+
+        x(t) = [{q_i(t), d_i, T_i^min, R-bar_i(t)} for every UAV i, {n_b(t), g_b} for every GBS b]
 
         :param state: state of G games
-        :return: one global state a game [G, state_dim]
+        :return: one global state per game [G, state_dim]
         """
         return np.concatenate([self._own(state).reshape(len(state.slot), -1), self._cells(state)], axis=1)
 
     def flat(self, state: State) -> Floats32:
-        """Flat observations [o_i | extras | x], with the index if the layout has one.
+        """Flat observations [o_i | extras | x].
 
         :param state: state of G games
-        :return: one observation a UAV [G, N, flat_dim]
+        :return: one observation per UAV [G, N, flat_dim]
         """
         own, cells = self._own(state), self._cells(state)
         num_games, num_uavs, _ = own.shape
@@ -271,20 +249,21 @@ class Observer:
         x = flat[..., self.layout.state]
         x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
         x[..., self.layout.state_cells] = cells[:, None]
-        if self.layout.with_index:
-            flat[..., self.layout.index] = np.eye(num_uavs, dtype=np.float32)
         return flat
 
 
 def broadcast_bits(sees: Collection[Sight], scenario: Scenario) -> int:
     """Bits that every UAV has to broadcast in every slot so that the actors can see what they see.
 
-    Cell loads are counted by the GBSs, and clock and memory are a UAV's own. The cell that it heads for is one of M; a
-    position or a destination is one of the voxels; T_i^min is a whole number, and the EMA rate a 32-bit float.
+    Cell loads are counted by the GBSs, and clock, memory and index are a UAV's own. The cell that it heads for is one
+    of M; a position or a destination is one of the voxels; T_i^min is a whole number, and the EMA rate a 32-bit float.
 
     :param sees: what a policy says its actor sees
     :param scenario: the game
     :return: bits, without any coding
+
+    >>> broadcast_bits({"destinations"}, Scenario()), broadcast_bits({"intents"}, Scenario())  # 4 cells, 300 voxels
+    (2, 18)
     """
     voxel = (scenario.num_voxels - 1).bit_length()
     if "state" in sees:

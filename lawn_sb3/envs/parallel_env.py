@@ -1,4 +1,4 @@
-"""The game as a strict PettingZoo environment: one game, UAVs leave when they are done, infos carry raw quantities."""
+"""The game as a strict PettingZoo environment: one game, UAVs leave when they are done, infos hold raw quantities."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from lawn_sb3.envs.rendering import draw_picture, draw_text
 from lawn_sb3.envs.training_env import Timeout, check_timeout
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
-from lawn_sb3.game.kernel import REWARD_TERMS
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS, Scenario
 
 Observations = dict[str, NDArray[np.float32]]
@@ -26,14 +26,14 @@ Infos = dict[str, dict[str, Any]]
 
 
 class LawnEnv(ParallelEnv):  # type: ignore[misc]
-    """One game of N UAVs; each observes o_i (eq:obs), ``state()`` is the global state x (eq:global_state).
+    """One game of N UAVs; each observes o_i, Eq. (12), eq:obs, and ``state()`` is x, Eq. (11), eq:global_state.
 
-    ``infos[uav]`` carries ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
+    ``infos[uav]`` holds ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
     corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_terms``; positions are in
     voxels.
 
     :param scenario: the constants of the game; the preset ``paper`` by default
-    :param timeout: whether missing the deadline terminates a UAV, as eq:terminal has it, or truncates it
+    :param timeout: whether missing the deadline terminates a UAV, as Eq. (18), eq:terminal, has it, or truncates it
     :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, or none
     :raises UserError: if the render mode is unknown
     """
@@ -67,19 +67,11 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Box:
-        """Space of o_i.
-
-        :param agent: name of the UAV
-        :return: its observation space
-        """
+        """Space of o_i, the same for all UAVs."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Discrete:
-        """Space of the actions, indices into ``action_table``.
-
-        :param agent: name of the UAV
-        :return: its action space
-        """
+        """Space of the actions, indices into ``action_table``, the same for all UAVs."""
         return self.action_spaces[agent]
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Observations, Infos]:
@@ -105,7 +97,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     ) -> tuple[Observations, dict[str, float], dict[str, bool], dict[str, bool], Infos]:
         """Play one slot.
 
-        :param actions: one action a UAV in ``agents``
+        :param actions: one action per UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
         :raises UserError: if an action is missing or not allowed
         """
@@ -136,10 +128,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         )
 
     def state(self) -> NDArray[np.float32]:
-        """The global state x (eq:global_state).
-
-        :return: [state_dim]
-        """
+        """The global state x [state_dim]."""
         x: NDArray[np.float32] = self.observer.state(self.simulator.state)[0]
         return x
 

@@ -7,7 +7,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import State
+from lawn_sb3.game.state import State
 from lawn_sb3.scenario import Scenario
 
 UAV_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
@@ -20,7 +20,7 @@ def draw_text(scenario: Scenario, state: State, game: int = 0) -> str:
     :param scenario: the scenario
     :param state: state of the games
     :param game: which of them
-    :return: one line a row of voxels, then one line a UAV
+    :return: one line per row of voxels, then one line per UAV
     """
     width, length, _ = scenario.grid
     rows = [["." for _ in range(width)] for _ in range(length)]

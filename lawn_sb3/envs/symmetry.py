@@ -24,21 +24,15 @@ class Frames(NamedTuple):
     """What each of K turns does."""
 
     column: Ints
-    """Where each column of voxels comes to lie, x * L + y [K, W * L]."""
+    """Where each column of voxels goes, x * L + y [K, W * L]."""
     cell: Ints
-    """The cell that comes to lie where a cell was [K, M]."""
+    """The cell that each cell becomes [K, M]."""
     action: Ints
     """What each action becomes [K, A]."""
 
 
 def turned(voxels: Ints, turn: Turn, size: int) -> Ints:
-    """Turn voxels.
-
-    :param voxels: x and y in voxels [..., 2]
-    :param turn: how
-    :param size: voxels along a side
-    :return: x and y after the turn [..., 2]
-    """
+    """Turn voxels: x and y [..., 2] in an airspace of ``size`` voxels along each side."""
     x, y = (voxels[..., 1], voxels[..., 0]) if turn[0] else (voxels[..., 0], voxels[..., 1])
     return np.stack([size - 1 - x if turn[1] else x, size - 1 - y if turn[2] else y], axis=-1)
 
@@ -47,9 +41,9 @@ def frames(scenario: Scenario, symmetric: bool = True) -> Frames:
     """Work out what the eight symmetries of the square do to voxels, cells and actions.
 
     :param scenario: the game
-    :param symmetric: all eight; otherwise the turn that turns nothing
+    :param symmetric: all eight; otherwise the one that turns nothing
     :return: the tables
-    :raises UserError: if the airspace has not all eight of them, naming the first that it lacks
+    :raises UserError: if the airspace does not have all eight, naming the first that it lacks
     """
     width, length, _ = scenario.grid
     if symmetric and width != length:
@@ -68,7 +62,7 @@ def frames(scenario: Scenario, symmetric: bool = True) -> Frames:
 
 
 def _turned_cells(scenario: Scenario, column: Ints, turn: Turn) -> Ints:
-    """The cell of each cell's voxels after the turn; refused where the radio map or the RBs do not go with it."""
+    """The cell of each cell's voxels after the turn; refused if the radio map or the RBs do not turn with it."""
     link, num_rbs = radio_map(scenario), scenario.num_rbs
     cells, rates = (table.reshape(len(column), -1) for table in link)  # [W * L, H]
     to = np.full(scenario.num_gbs, -1, dtype=np.int64)

@@ -13,27 +13,21 @@ from pettingzoo import ParallelEnv
 from lawn_sb3.envs.observation import Extra, Observer
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
-from lawn_sb3.game.kernel import REWARD_TERMS, RewardTerm
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
+from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
 Credit = Literal["own", "difference", "team"]
-"""Whose reward a learner is given: the UAV's own; its own less what it takes from the utilities of those in its cell;
-or the mean over the UAVs of its game."""
+"""Whose reward a learner is given: the UAV's own; its own less what it takes from the utilities of the others in its
+cell; or the mean over the UAVs of its game."""
 
 
-def check_timeout(timeout: str) -> Timeout:
-    """Refuse a reading of the deadline that does not exist.
-
-    :param timeout: ``terminal`` or ``truncated``
-    :return: the same
-    :raises UserError: if it is neither
-    """
-    for known in get_args(Timeout):
-        if timeout == known:
-            return timeout  # type: ignore[return-value]
-    raise unknown_name("timeout", timeout, get_args(Timeout))
+def check_timeout(timeout: Timeout) -> Timeout:
+    """Refuse a reading of the deadline that does not exist."""
+    if timeout not in get_args(Timeout):
+        raise unknown_name("timeout", timeout, get_args(Timeout))
+    return timeout
 
 
 class TrainingEnv(ParallelEnv):  # type: ignore[misc]
@@ -48,20 +42,21 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     :param scenario: the constants of the game
     :param num_games: number of games G
     :param continuation: how UAVs that are done go on
-    :param timeout: whether missing the deadline is a terminal state, as eq:terminal has it, or a truncation
+    :param timeout: whether missing the deadline is a terminal state, as Eq. (18), eq:terminal, has it, or a truncation
     :param seed: seed of the missions
     :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
         ``episode`` counts them all the same
-    :param with_index: append each UAV's index to its observation
     :param extras: what the observations hold between o_i and x
-    :param slack: allow in-time moves alone: arrival by T_i^min and so many slots must stay possible; without a number,
-        all moves inside the airspace are allowed
-    :param credit: whose reward a learner is given; with ``team`` also those that wait for their game to restart
-    :param fewest_uavs: games of so many to N UAVs, drawn anew for each; all N without a number
+    :param slack: allow only moves that keep arrival within T_i^min + ``slack`` slots possible; by default, all moves
+        inside the airspace
+    :param credit: whose reward a learner is given; ``team`` also gives it to those that wait for their game to restart
+    :param fewest_uavs: each new game has ``fewest_uavs`` to N UAVs (``episode`` only); by default all N
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
     render_mode = None
+    row_per_agent: ClassVar[frozenset[str]] = frozenset({"action_masks", "flying"})
+    """Methods that answer with one row per agent."""
 
     def __init__(
         self,
@@ -71,7 +66,6 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         timeout: Timeout = "terminal",
         seed: int | None = None,
         without_reward: Collection[RewardTerm] = (),
-        with_index: bool = False,
         extras: Collection[Extra] = (),
         slack: int | None = None,
         credit: Credit = "own",
@@ -84,7 +78,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
             raise unknown_name("credit", credit, get_args(Credit))
         self.credit = credit
         self.simulator = Simulator(scenario, num_games, seed, continuation, fewest_uavs)
-        self.observer = Observer(scenario, with_index, extras)
+        self.observer = Observer(scenario, extras)
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
         self.agents = list(self.possible_agents)
@@ -111,7 +105,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         """Start all games anew.
 
         :param seed: seed of the missions; without one the stream goes on
-        :param options: none are known
+        :param options: ignored
         :return: observations and empty infos
         """
         self.simulator.reset(seed=seed)
@@ -125,7 +119,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     ]:
         """Play one slot of all games.
 
-        :param actions: one action an agent
+        :param actions: one action per agent
         :return: observations, rewards, terminations and truncations (never), infos
         """
         chosen = np.fromiter((actions[agent] for agent in self.agents), dtype=np.int64, count=len(self.agents))
@@ -148,12 +142,12 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         return own
 
     def action_masks(self) -> NDArray[np.bool_]:
-        """Which moves are allowed, as sb3-contrib's ``MaskablePPO`` asks: those inside the airspace, or in time.
+        """Which moves are allowed [G * N, A], under the name by which sb3-contrib's ``MaskablePPO`` asks."""
+        return self.simulator.allowed_moves(self.slack).reshape(len(self.agents), -1)
 
-        :return: true for a move that is [G * N, A]
-        """
-        masks = self.simulator.allowed_moves(self.slack)
-        return masks.reshape(len(self.agents), -1)
+    def flying(self) -> NDArray[np.bool_]:
+        """Who is in the air [G * N]."""
+        return self.simulator.state.flying.flatten()
 
     def _report_ends(
         self,
@@ -182,16 +176,10 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         return dict(zip(self.agents, flat.reshape(len(self.agents), -1), strict=True))
 
     def snapshot(self) -> tuple[Snapshot, NDArray[np.float64]]:
-        """Copy all that the future depends on.
-
-        :return: the simulator's snapshot and the rewards accumulated so far
-        """
+        """Copy all that the future depends on: the simulator's snapshot and the rewards accumulated so far."""
         return self.simulator.snapshot(), self._reward_sum.copy()
 
     def restore(self, snapshot: tuple[Snapshot, NDArray[np.float64]]) -> None:
-        """Go back to a snapshot.
-
-        :param snapshot: what :meth:`snapshot` returned
-        """
+        """Go back to what :meth:`snapshot` returned."""
         self.simulator.restore(snapshot[0])
         self._reward_sum = snapshot[1].copy()

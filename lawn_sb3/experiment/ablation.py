@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.recipe import Method, Recipe
 from lawn_sb3.experiment.registry import algorithm_for
 

@@ -14,9 +14,9 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, checkpoint_path, read_checkpoint, resume_model
-from lawn_sb3.experiment.contract import check_policy
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer, build_model, training_env
+from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance, whole_file, write_json, write_text
 from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell
 from lawn_sb3.experiment.registry import find_player
@@ -106,7 +106,7 @@ def try_method(cell: Cell) -> None:
     """Build the model of a cell and check its policy, before anything is written.
 
     :param cell: a cell whose method trains
-    :raises UserError: if the policy breaks the contract, or the algorithm refuses its settings
+    :raises UserError: if the policy breaks a promise, or the algorithm refuses its settings
     """
     assert cell.method.policy is not None
     check_policy(build_model(cell), cell.method.policy)

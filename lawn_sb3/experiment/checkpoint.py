@@ -15,7 +15,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from lawn_sb3.envs import FlatVecEnv
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.provenance import whole_file
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions, draw_missions
-from lawn_sb3.game.kernel import Outcome
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import Outcome
 from lawn_sb3.planning.plan import check_in_time
 from lawn_sb3.scenario import Scenario
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Mapping
 from typing import Literal, get_args
 
 from lawn_sb3.envs.observation import Sight, broadcast_bits
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.scenario import Scenario
 
@@ -61,13 +61,13 @@ def rung_of(method: Method) -> Rung | None:
     return "clock" if "clock" in sees else "loads"
 
 
-def has_ladder(methods: Iterable[Method]) -> bool:
+def has_ladder(methods: Mapping[str, Method]) -> bool:
     """Whether learners stand on enough rungs to compare them.
 
-    :param methods: the methods of a recipe
+    :param methods: methods of a recipe by key
     :return: true if they do
     """
-    return len({rung_of(method) for method in methods if method.algo is not None}) >= FEWEST_RUNGS
+    return len({rung_of(method) for method in methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
 def bits_of(method: Method, scenario: Scenario) -> int | None:

@@ -21,8 +21,8 @@ from lawn_sb3.algos.qmix import InTimeQMIXPolicy
 from lawn_sb3.envs import FlatVecEnv, ObservationLayout, Observer, make_vec_env
 from lawn_sb3.envs.observation import EXTRAS, NOT_BY_N
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.contract import line_in_own_file, policy_error
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
+from lawn_sb3.experiment.probe import line_in_own_file, policy_error
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.experiment.registry import find_algorithm, find_player
 from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
@@ -55,7 +55,7 @@ class ModelPlayer:
         :raises UserError: if the model cannot play these games
         """
         self._layout = training_layout(self.model)
-        self._observer = Observer(simulator.scenario, self._layout.with_index, self._layout.extras)
+        self._observer = Observer(simulator.scenario, self._layout.extras)
         self._is_moved = self._observer.layout != self._layout
         if self._is_moved and not (can_be_moved(self.model) and self._same_cells()):
             trained, asked = (
@@ -124,9 +124,8 @@ def can_be_moved(model: BaseAlgorithm) -> bool:
     :param model: a model with its training environment
     :return: false if its networks belong to single UAVs, or know them by their index
     """
-    layout = training_layout(model)
-    sees = {*layout.extras, *getattr(model.policy, "sees", ())}
-    return not isinstance(model, IQL) and not layout.with_index and NOT_BY_N.issuperset(sees)
+    sees = {*training_layout(model).extras, *getattr(model.policy, "sees", ())}
+    return not isinstance(model, IQL) and NOT_BY_N.issuperset(sees)
 
 
 def training_env(cell: Cell) -> FlatVecEnv:
@@ -144,7 +143,6 @@ def training_env(cell: Cell) -> FlatVecEnv:
         seed=cell.seed,
         continuation=method.continuation,
         without_reward=method.without_reward,
-        with_index=getattr(policy, "needs_index", False),
         extras=[extra for extra in EXTRAS if extra in getattr(policy, "sees", ())],
         slack=method.slack,
         credit=method.credit,

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 from stable_baselines3.common.utils import LinearSchedule
 
-import lawn_sb3
+from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.envs.training_env import Credit
-from lawn_sb3.errors import UserError, explain, unknown_name
-from lawn_sb3.experiment.policies import find_policy, policy_digest
+from lawn_sb3.errors import UserError, unknown_name
+from lawn_sb3.experiment.find_policy import find_policy, policy_digest
 from lawn_sb3.experiment.registry import (
     ALGORITHMS,
     DEFAULT_POLICIES,
@@ -23,12 +23,14 @@ from lawn_sb3.experiment.registry import (
     accepted_settings,
     find_algorithm,
 )
-from lawn_sb3.game.kernel import RewardTerm
 from lawn_sb3.game.simulator import Continuation, check_fewest
-from lawn_sb3.scenario import Scenario, load_scenario, read_yaml_mapping
+from lawn_sb3.game.state import RewardTerm
+from lawn_sb3.scenario import Scenario, load_scenario
 
 GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
 SHARED = "shared network"
+RESULTS_SINCE = "0.1.0"
+"""The last version of the kit that changed a byte of what a run leaves; raised with such a change and only then."""
 NOT_IN_RESULTS = ("label", "paper_row", "baseline")
 """Fields of a method that change nothing in what its runs leave."""
 
@@ -270,12 +272,12 @@ class Cell:
             "method": self.method.model_dump(mode="json"),
             "scenario": self.scenario.model_dump(mode="json"),
             "evaluation": self.evaluation.model_dump(mode="json"),
-            "version": lawn_sb3.__version__,
+            "version": RESULTS_SINCE,
         }
 
     def _policy_digest(self) -> str | None:
         """Hash of the policy's file: an edited policy is another configuration."""
-        return None if self.method.policy is None else policy_digest(find_policy(self.method.policy))
+        return None if self.method.policy is None else policy_digest(self.method.policy)
 
     def fingerprint(self) -> str:
         """Hash of what the result depends on: labels do not count, nor do fields that keep their default value."""
@@ -285,7 +287,7 @@ class Cell:
             "method": self.method.model_dump(mode="json", exclude_defaults=True),
             "scenario": self.scenario.model_dump(mode="json", exclude_defaults=True),
             "evaluation": self.evaluation.model_dump(mode="json", exclude_defaults=True),
-            "version": lawn_sb3.__version__,
+            "version": RESULTS_SINCE,
         }
         for name in NOT_IN_RESULTS:
             configuration["method"].pop(name, None)
@@ -299,10 +301,7 @@ def parse_method(values: dict[str, Any]) -> Method:
     :return: the method
     :raises UserError: one line naming what is wrong and what is allowed
     """
-    try:
-        method = Method.model_validate(values)
-    except ValidationError as error:
-        raise explain(error, Method, "method") from None
+    method = validated(Method, values, "method")
     _check_policy_fits(method)
     return method
 
@@ -319,11 +318,7 @@ def load_recipe(path: Path) -> Recipe:
     :return: the recipe
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
-    values = {"name": path.stem, **read_yaml_mapping(path, "recipe")}
-    try:
-        recipe = Recipe.model_validate(values)
-    except ValidationError as error:
-        raise explain(error, Recipe, str(path)) from None
+    recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
     for variant in recipe.split().values():
         game = variant.game()
         for key, method in recipe.methods.items():
@@ -352,8 +347,7 @@ def fits_any_num_uavs(method: Method) -> bool:
     if method.algo is None or method.policy is None:
         return True
     policy = find_policy(method.policy)
-    sees_others = not NOT_BY_N.issuperset(getattr(policy, "sees", ()))
-    return method.algo != "iql" and not getattr(policy, "needs_index", False) and not sees_others
+    return method.algo != "iql" and NOT_BY_N.issuperset(getattr(policy, "sees", ()))
 
 
 def _check_scaling(recipe: Recipe, scaling: Scaling) -> None:

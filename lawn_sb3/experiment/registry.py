@@ -123,9 +123,13 @@ def place(policy: type[BasePolicy]) -> str:
     """The file that holds a policy, for messages.
 
     :param policy: the policy class
-    :return: its path, relative to the working directory or the repository where it lies in one of them
+    :return: its path, relative to the working directory or the repository where it lies in one of them; its module if
+        it has no file
     """
-    path = Path(inspect.getfile(policy))
+    try:
+        path = Path(inspect.getfile(policy))
+    except (TypeError, OSError):
+        return f"module {policy.__module__}"
     for folder in (Path.cwd(), REPOSITORY):
         if path.is_relative_to(folder):
             return path.relative_to(folder).as_posix()

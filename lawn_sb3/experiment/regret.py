@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.experiment.evaluation import Flights, evaluation_games
+from lawn_sb3.planning.best_response import best_responses
 from lawn_sb3.planning.plan import Plan
-from lawn_sb3.planning.regret import best_responses
 from lawn_sb3.scenario import Scenario
 
 COLUMNS = ("episode", "uav", "utility_mbps", "best_mbps", "best_slots")

@@ -17,15 +17,16 @@ import pandas as pd
 from optuna.distributions import BaseDistribution, CategoricalDistribution
 from optuna.storages import JournalStorage
 from optuna.storages.journal import JournalFileBackend
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field
 from rich.console import Console
 
-from lawn_sb3.errors import UserError, explain
+from lawn_sb3.config import read_yaml_mapping, validated
+from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.evaluation import summarize
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.reproduce import prepare_worker
-from lawn_sb3.scenario import load_scenario, read_yaml_mapping
+from lawn_sb3.scenario import load_scenario
 
 Setting = str | int | float | bool
 
@@ -51,10 +52,7 @@ def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
     :return: the search, and its methods as the recipe has them
     :raises UserError: one line naming what is wrong
     """
-    try:
-        search = Search.model_validate(read_yaml_mapping(path, "search"))
-    except ValidationError as error:
-        raise explain(error, Search, str(path)) from None
+    search = validated(Search, read_yaml_mapping(path, "search"), str(path))
     recipe = load_recipe(path.parent / search.recipe)
     if set(search.seeds) & set(recipe.seeds):
         raise UserError(f"{path}: seeds {list(search.seeds)} are among those that {search.recipe} reports")

@@ -23,10 +23,15 @@ class Missions(NamedTuple):
 
 
 def action_table(max_voxel_steps: int) -> Ints:
-    """The action set A_i (eq:action_space): every displacement of L1 norm up to v_max.
+    """The action set, Eq. (13), eq:action_space: every displacement of L1 norm up to v_max.
 
-    :param max_voxel_steps: v_max in voxels a slot
+    A_i = {a in Z^3 : ||a||_1 <= v_max}
+
+    :param max_voxel_steps: v_max in voxels per slot
     :return: displacements in voxels [A, 3], sorted by L1 norm, so that action 0 hovers
+
+    >>> len(action_table(3)), action_table(1).tolist()
+    (63, [[0, 0, 0], [-1, 0, 0], [0, -1, 0], [0, 0, -1], [0, 0, 1], [0, 1, 0], [1, 0, 0]])
     """
     span = range(-max_voxel_steps, max_voxel_steps + 1)
     moves = [(x, y, z) for x in span for y in span for z in span if abs(x) + abs(y) + abs(z) <= max_voxel_steps]
@@ -36,25 +41,25 @@ def action_table(max_voxel_steps: int) -> Ints:
 
 @njit
 def is_inside(voxel: Voxel, grid: Voxel) -> bool:
-    """Whether a voxel belongs to the airspace V.
-
-    :param voxel: coordinates
-    :param grid: size of the airspace (W, L, H) in voxels
-    :return: true if it does
-    """
+    """Whether a voxel belongs to the airspace V of ``grid`` = (W, L, H) voxels."""
     x, y, z = voxel
     return 0 <= x < grid[0] and 0 <= y < grid[1] and 0 <= z < grid[2]
 
 
 @njit
 def move(voxel: Voxel, displacement: Voxel, grid: Voxel, clip: bool) -> Voxel:
-    """One move (eq:mobility) under the constraint q_i(t+1) in V.
+    """One move, Eq. (3), eq:mobility, under its constraint q_i(t+1) in V.
+
+    q_i(t+1) = q_i(t) + a_i(t)
 
     :param voxel: q_i(t)
     :param displacement: a_i(t) in voxels
     :param grid: size of the airspace (W, L, H) in voxels
     :param clip: a move out of the airspace is clipped by coordinate; otherwise the UAV hovers
     :return: q_i(t+1)
+
+    >>> move((1, 2, 0), (1, -1, 1), (10, 10, 3), True), move((9, 2, 0), (2, 1, 0), (10, 10, 3), True)
+    ((2, 1, 1), (9, 3, 0))
     """
     x, y, z = voxel[0] + displacement[0], voxel[1] + displacement[1], voxel[2] + displacement[2]
     if clip:
@@ -81,8 +86,8 @@ def moves_in_time(
 ) -> NDArray[np.bool_]:
     """In-time moves: those inside the airspace after which the destination can still be reached in the slots left.
 
-    Where none is, as after a late start, all moves inside that come as near as can be are allowed. Hence a UAV that
-    keeps to them from its origin arrives in time, whatever the others do: success is 100 % by construction.
+    If there are none, as after a late start, all moves inside that come as near as possible are allowed. A UAV that
+    keeps to them from its origin therefore arrives in time, whatever the others do: success is 100 % by construction.
 
     :param positions: q_i(t) in voxels [..., 3]
     :param destinations: d_i in voxels [..., 3]
@@ -138,12 +143,17 @@ def stop_at(voxel: Voxel, target: Voxel, destination: Voxel) -> Voxel:
 
 @njit
 def min_slots(origin: Voxel, destination: Voxel, max_voxel_steps: int) -> int:
-    """Least flight time T_i^min (eq:tmin): L1 distance over v_max, rounded up.
+    """Least flight time, Eq. (8), eq:tmin.
+
+    T_i^min = ceil(||q_i^0 - d_i||_1 / v_max)
 
     :param origin: q_i^0
     :param destination: d_i
-    :param max_voxel_steps: v_max
-    :return: slots
+    :param max_voxel_steps: v_max in voxels per slot
+    :return: T_i^min in slots
+
+    >>> min_slots((0, 0, 0), (3, 3, 1), 3)  # ceil(7 / 3)
+    3
     """
     steps = abs(origin[0] - destination[0]) + abs(origin[1] - destination[1]) + abs(origin[2] - destination[2])
     return (steps + max_voxel_steps - 1) // max_voxel_steps
@@ -151,29 +161,16 @@ def min_slots(origin: Voxel, destination: Voxel, max_voxel_steps: int) -> int:
 
 @njit
 def distance(voxel: Voxel, other: Voxel) -> float:
-    """Euclidean distance of eq:reward_nav.
-
-    :param voxel: one voxel
-    :param other: another
-    :return: distance in voxels
-    """
+    """Euclidean distance of two voxels, as in Eq. (16), eq:reward_nav; in voxels."""
     x, y, z = voxel[0] - other[0], voxel[1] - other[1], voxel[2] - other[2]
     return float(np.sqrt(x * x + y * y + z * z))
 
 
 @njit
-def draw_voxel(
+def _draw_voxel(
     rng: np.random.Generator, grid: Voxel, positions: Ints, destinations: Ints, flying: NDArray[np.bool_]
 ) -> Voxel:
-    """A voxel drawn uniformly among those that nobody flying is in or heads for.
-
-    :param rng: source of randomness
-    :param grid: size of the airspace (W, L, H) in voxels
-    :param positions: where the UAVs of this game are [N, 3]
-    :param destinations: where they head for [N, 3]
-    :param flying: which of them count [N]
-    :return: the voxel
-    """
+    """A voxel drawn uniformly from those that no flying UAV of the game is in or heads for."""
     while True:
         x, y, z = int(rng.integers(0, grid[0])), int(rng.integers(0, grid[1])), int(rng.integers(0, grid[2]))
         free = True
@@ -194,17 +191,17 @@ def draw_mission(
 
     :param rng: source of randomness
     :param grid: size of the airspace (W, L, H) in voxels
-    :param positions: where the UAVs of this game are [N, 3]; the UAV's is written
-    :param destinations: where they head for [N, 3]; the UAV's is written
-    :param flying: who is in the air [N]; the UAV's is written
+    :param positions: where the UAVs of this game are [N, 3]; written for this UAV
+    :param destinations: where they are going [N, 3]; written for this UAV
+    :param flying: who is in the air [N]; written for this UAV
     :param uav: its index
     """
     flying[uav] = False
-    origin = draw_voxel(rng, grid, positions, destinations, flying)
+    origin = _draw_voxel(rng, grid, positions, destinations, flying)
     for k in range(3):
         positions[uav, k] = destinations[uav, k] = origin[k]
     flying[uav] = True
-    destination = draw_voxel(rng, grid, positions, destinations, flying)
+    destination = _draw_voxel(rng, grid, positions, destinations, flying)
     for k in range(3):
         destinations[uav, k] = destination[k]
 
@@ -264,8 +261,8 @@ def check_missions(scenario: Scenario, missions: Missions, num_games: int) -> Mi
     origins, destinations = arrays
     still = np.argwhere((origins == destinations).all(axis=-1))
     if len(still):
-        raise UserError(f"UAV {still[0][1]} in game {still[0][0]} has its origin for a destination: no mission")
+        raise UserError(f"UAV {still[0][1]} in game {still[0][0]} has the same origin and destination: no mission")
     for g in range(num_games):
         if len(np.unique(origins[g], axis=0)) < scenario.num_uavs:
-            raise UserError(f"two UAVs of game {g} share an origin, which eq:collision forbids")
+            raise UserError(f"two UAVs of game {g} share an origin, which Eq. (4), eq:collision, forbids")
     return Missions(origins, destinations)

@@ -1,7 +1,7 @@
-"""How the game's functions are compiled: cached on disk, and never run from a cache older than the source.
+"""How functions are compiled: cached on disk, and never run from a cache older than the source.
 
-Numba looks at the file of the compiled function alone; a change in a function that it calls from another file would
-go unnoticed. The cache therefore lies in a folder named after the content of all files of the game.
+Numba checks only the file of the compiled function; a change in a function that it calls from another file would go
+unnoticed. The cache folder is therefore named after the content of all files with compiled functions.
 """
 
 from __future__ import annotations
@@ -24,9 +24,5 @@ if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
 
 
 def njit(function: Callable[Parameters, Result]) -> Callable[Parameters, Result]:
-    """Compile a function with Numba, keeping its type for the type checker.
-
-    :param function: a function in Numba's subset of Python
-    :return: the compiled function
-    """
+    """Compile a function with Numba; the type checker still sees its type."""
     return cast(Callable[Parameters, Result], numba.njit(cache=True)(function))

@@ -1,7 +1,7 @@
-"""What a UAV takes from those in its cell: the part of its worth that its own utility does not show.
+"""What a UAV takes from the others in its cell: the cost to the welfare that its own utility does not show.
 
-The difference between the welfare with and without a UAV's share of the RBs, slot by slot. Added to the own reward it
-makes what is good for a UAV good for all: its reward is then what the welfare changes by.
+It is the welfare without the UAV's share of the RBs less the welfare with it, slot by slot. A UAV whose reward is
+reduced by it is rewarded with what it changes in the welfare: what is good for it is then good for all.
 """
 
 from __future__ import annotations
@@ -11,16 +11,19 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Outcome, Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import slot_weight
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.game.state import Outcome, Rules, State, bias_horizon, voxel_of
 
 
 @njit
 def losses_to_others(rules: Rules, state: State, outcome: Outcome) -> NDArray[np.float64]:
-    """What each UAV's presence in its cell in the slot that has just ended costs the utilities of the others there.
+    """What each UAV's presence in its cell, in the slot that has just ended, costs the utilities of the others there.
 
-    Their flight times T_j are not known yet; they are taken to fly straight from here on.
+    L_i(t) = sum over j != i with b_j = b_i of  w_j(t) (floor(K_b / (n_b - 1)) - floor(K_b / n_b)) r_jb
+
+    The weights w_j(t) are those of :func:`slot_weight`, and r_jb is the rate over one RB. The flight times T_j are not
+    known yet; all are assumed to fly straight from here on.
 
     :param rules: the game's constants
     :param state: the state after the slot

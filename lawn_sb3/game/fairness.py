@@ -1,7 +1,7 @@
 """How evenly a quantity is spread over the UAVs of a game: Jain's index, the Gini coefficient, the Nash welfare.
 
-The welfare (eq:welfare) is blind to who gets what, and the paper leaves fairness to future work. These three look at
-the utilities, or any other quantity that is 0 or more, of the N UAVs of one game.
+The welfare, Eq. (10), eq:welfare, does not say who gets what, and the paper leaves fairness to future work. These three
+look at the utilities, or any other quantity that is 0 or more, of the N UAVs of one game.
 """
 
 from __future__ import annotations
@@ -13,12 +13,16 @@ from lawn_sb3.errors import UserError
 
 
 def jain_index(values: ArrayLike) -> NDArray[np.float64]:
-    """Jain's fairness index (sum x)^2 / (N sum x^2): k of N UAVs with equal parts, the others with nothing, give k/N.
+    """Jain's fairness index: k of N UAVs with equal parts, and nothing for the others, give k/N.
 
-    :param values: a quantity of every UAV, 0 or more, in any unit [..., N]
-    :return: index from 1/N (one UAV has everything) to 1 (all equal) [...]; 1 if all have 0, since everybody gets the
-        same
+    J = (sum_i x_i)^2 / (N sum_i x_i^2)
+
+    :param values: x_i, a quantity of every UAV, 0 or more, in any unit [..., N]
+    :return: from 1/N (one UAV has everything) to 1 (all equal) [...]; 1 if all have 0
     :raises UserError: if a value is negative or not finite, or there is no UAV
+
+    >>> jain_index([5.0, 0.0, 5.0, 0.0])
+    array(0.5)
     """
     parts = _relative(values)
     total, squares = parts.sum(axis=-1), np.square(parts).sum(axis=-1)
@@ -27,12 +31,16 @@ def jain_index(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def gini(values: ArrayLike) -> NDArray[np.float64]:
-    """Gini coefficient: mean absolute difference of two UAVs, both drawn from all N, over twice the mean.
+    """Gini coefficient: the mean difference of two UAVs, each drawn from all N, over twice the mean.
 
-    :param values: a quantity of every UAV, 0 or more, in any unit [..., N]
-    :return: coefficient from 0 (all equal) to (N - 1)/N (one UAV has everything) [...]; 0 if all have 0, since
-        everybody gets the same
+    G = sum_i sum_j |x_i - x_j| / (2 N sum_i x_i)
+
+    :param values: x_i, a quantity of every UAV, 0 or more, in any unit [..., N]
+    :return: from 0 (all equal) to (N - 1)/N (one UAV has everything) [...]; 0 if all have 0
     :raises UserError: if a value is negative or not finite, or there is no UAV
+
+    >>> gini([1.0, 0.0, 0.0, 0.0])
+    array(0.75)
     """
     parts = _relative(values)
     total = parts.sum(axis=-1)
@@ -42,10 +50,12 @@ def gini(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def nash_welfare(values: ArrayLike) -> NDArray[np.float64]:
-    """Nash welfare: the geometric mean, which one UAV left with nothing brings down to 0.
+    """Nash welfare: the geometric mean, which is 0 if one UAV is left with nothing.
 
-    :param values: a quantity of every UAV, 0 or more [..., N]
-    :return: geometric mean in the unit of the values [...]; 0 if any UAV has 0
+    NW = (prod_i x_i)^(1/N)
+
+    :param values: x_i, a quantity of every UAV, 0 or more [..., N]
+    :return: in the unit of the values [...]
     :raises UserError: if a value is negative or not finite, or there is no UAV
     """
     with np.errstate(divide="ignore"):  # log 0 = -inf, and exp takes it back to 0

@@ -1,4 +1,4 @@
-"""Players: whatever answers with a joint action. All are scored by the same evaluation."""
+"""Players: whatever chooses the actions of all UAVs. All are scored by the same evaluation."""
 
 from __future__ import annotations
 
@@ -36,17 +36,9 @@ class RandomPlayer:
     name = "random"
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Keep the source of randomness.
-
-        :param simulator: the games
-        :param rng: source of the actions
-        """
+        """Keep the source of randomness."""
         self._rng = rng
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Draw the next actions.
-
-        :param simulator: the games
-        :return: indices into the action table [G, N]
-        """
+        """Draw the next actions [G, N]."""
         return self._rng.integers(0, simulator.num_actions, simulator.state.flying.shape)

@@ -25,7 +25,9 @@ def link_distances_m(position_m: Floats, gbs_positions_m: Floats) -> Floats:
 
 
 def nearest_gbs(distances_m: Floats) -> Ints:
-    """The association rule b_i = argmin_k ||q_i - g_k||; a tie goes to the lower index.
+    """The association rule, above Eq. (1): a UAV is served by the nearest GBS; a tie goes to the lower index.
+
+    b_i = argmin_k ||q_i - g_k||
 
     :param distances_m: distances to every GBS in metres [..., M]
     :return: index of the serving GBS [...]
@@ -36,23 +38,33 @@ def nearest_gbs(distances_m: Floats) -> Ints:
 
 @njit
 def rb_share(num_rbs: int, cell_load: int) -> int:
-    """Equal RB allocation kappa_{b,i} (eq:rb).
+    """RBs of each UAV in a cell, Eq. (1), eq:rb.
 
-    :param num_rbs: RBs K_b of the GBS
-    :param cell_load: UAVs n_b it serves, at least 1
-    :return: RBs for each of them, rounded down
+    kappa_{b,i} = floor(K_b / n_b)
+
+    :param num_rbs: K_b, RBs of the GBS
+    :param cell_load: n_b, UAVs that it serves, at least 1
+    :return: kappa_{b,i} in RBs
+
+    >>> [rb_share(10, load) for load in (1, 2, 3, 11)]
+    [10, 5, 3, 0]
     """
     return num_rbs // cell_load
 
 
 def rb_rate_mbps(distance_m: Floats, snr_at_1m: float, path_loss_exponent: float, rb_bandwidth_hz: float) -> Floats:
-    """Rate over a single RB: eq:rate with kappa = 1.
+    """Rate over a single RB: Eq. (2), eq:rate, with kappa = 1.
 
-    :param distance_m: link distance in metres, above 0
-    :param snr_at_1m: P_tx * beta_0 / sigma^2, linear
+    r_ib = Delta f log2(1 + P_tx beta_0 / (sigma^2 d^alpha))
+
+    :param distance_m: d, link distance in metres, above 0
+    :param snr_at_1m: P_tx beta_0 / sigma^2, linear
     :param path_loss_exponent: alpha
     :param rb_bandwidth_hz: Delta f in Hz
-    :return: rate in Mbps
+    :return: r_ib in Mbps
+
+    >>> rb_rate_mbps(np.array(10.0), 300.0, 2.0, 180e3)  # SNR 300 / 10^2 = 3: 0.18 MHz * log2(4)
+    array(0.36)
     """
     snr = snr_at_1m / np.asarray(distance_m) ** path_loss_exponent
     return np.asarray(rb_bandwidth_hz * np.log2(1.0 + snr) / 1e6)
@@ -60,11 +72,13 @@ def rb_rate_mbps(distance_m: Floats, snr_at_1m: float, path_loss_exponent: float
 
 @njit
 def achievable_rate_mbps(num_rbs: int, single_rb_rate_mbps: float) -> float:
-    """Achievable rate R_i (eq:rate).
+    """Achievable rate, Eq. (2), eq:rate.
 
-    :param num_rbs: RBs kappa of the UAV
-    :param single_rb_rate_mbps: what one RB carries where the UAV is, from :func:`rb_rate_mbps`
-    :return: rate in Mbps
+    R_i = kappa_{b,i} Delta f log2(1 + P_tx beta_0 / (sigma^2 d^alpha)) = kappa_{b,i} r_ib
+
+    :param num_rbs: kappa_{b,i}, RBs of the UAV, from :func:`rb_share`
+    :param single_rb_rate_mbps: r_ib, what one RB carries where the UAV is, from :func:`rb_rate_mbps`
+    :return: R_i in Mbps
     """
     return num_rbs * single_rb_rate_mbps
 
@@ -83,6 +97,10 @@ def radio_map(scenario: Scenario) -> RadioMap:
 
     :param scenario: the scenario
     :return: the map
+
+    >>> link = radio_map(Scenario())
+    >>> link.cell[2, 7, 0], round(float(link.rb_rate_mbps[2, 7, 0]), 3)  # 5 m above GBS 1: SNR 97.47 dB
+    (np.int64(1), 5.828)
     """
     voxels = np.moveaxis(np.indices(scenario.grid), 0, -1)
     distances_m = link_distances_m(scenario.voxel_centre(voxels), scenario.gbs_positions)
@@ -96,8 +114,11 @@ def rate_unit_mbps(scenario: Scenario) -> float:
     """The unit of rates and utilities inside the rewards (reading ``rate_unit``).
 
     :param scenario: the scenario
-    :return: Mbps; for ``lone-uav`` the rate of a UAV alone in its cell, one voxel away from its GBS,
-        which has the most RBs of all
+    :return: Mbps; for ``lone-uav`` the rate of a UAV alone in its cell, one voxel away from its GBS, which has the
+        most RBs of all
+
+    >>> round(rate_unit_mbps(Scenario()), 2)  # 10 RBs of 0.18 MHz * log2(1 + 10^9.1447)
+    54.68
     """
     if scenario.rate_unit == "mbps":
         return 1.0

@@ -10,17 +10,8 @@ from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.airspace import Missions, check_missions, draw_missions, moves_in_time, moves_inside
-from lawn_sb3.game.kernel import (
-    Outcome,
-    State,
-    build_rules,
-    empty_outcome,
-    empty_state,
-    renew_missions,
-    start_games,
-    step_games,
-    thin_games,
-)
+from lawn_sb3.game.kernel import renew_missions, start_games, step_games, thin_games
+from lawn_sb3.game.state import Outcome, State, build_rules, empty_outcome, empty_state
 from lawn_sb3.scenario import Scenario
 
 Continuation = Literal["mission", "episode"]
@@ -30,9 +21,6 @@ Seed = int | np.random.SeedSequence | None
 def check_fewest(fewest_uavs: int, scenario: Scenario, continuation: Continuation) -> None:
     """Refuse a smallest number of UAVs that the games cannot have.
 
-    :param fewest_uavs: the number
-    :param scenario: the game
-    :param continuation: how UAVs that are done go on
     :raises UserError: if it is not from 1 to N, the games never start anew, or UAVs that are done stay in the air
     """
     if not 1 <= fewest_uavs <= scenario.num_uavs:
@@ -40,11 +28,11 @@ def check_fewest(fewest_uavs: int, scenario: Scenario, continuation: Continuatio
     if continuation != "episode":
         raise UserError(f"fewest_uavs = {fewest_uavs} needs games that start anew: continuation episode")
     if scenario.arrived_uav != "leaves":
-        raise UserError(f"fewest_uavs = {fewest_uavs} needs arrived_uav leaves: one that is absent takes no resources")
+        raise UserError(f"fewest_uavs = {fewest_uavs} needs arrived_uav leaves: an absent UAV takes no resources")
 
 
 class Snapshot(NamedTuple):
-    """All that :meth:`Simulator.restore` needs to go on as if nothing had happened."""
+    """What :meth:`Simulator.restore` needs to go on as if nothing had happened."""
 
     state: State
     random_state: dict[str, Any]
@@ -60,8 +48,8 @@ class Simulator:
     :param num_games: number of games G
     :param seed: seed of the missions
     :param continuation: how UAVs that are done go on
-    :param fewest_uavs: with ``episode``, every new game has so many to N UAVs, each number as likely as any other;
-        all N without a number
+    :param fewest_uavs: with ``episode``, each new game has ``fewest_uavs`` to N UAVs, all numbers equally likely;
+        by default all N
     :raises UserError: if ``num_games``, ``continuation`` or ``fewest_uavs`` is not allowed
     """
 
@@ -145,7 +133,8 @@ class Simulator:
     def allowed_moves(self, slack: int | None = None) -> NDArray[np.bool_]:
         """The moves that a masked player may take.
 
-        :param slack: in-time moves alone, by T_i^min and so many slots; without a number, all inside the airspace
+        :param slack: allow only moves that keep arrival within T_i^min + ``slack`` slots possible; by default, all
+            moves inside the airspace
         :return: true for a move that is allowed [G, N, A]
         """
         state, rules = self.state, self.rules
@@ -155,10 +144,7 @@ class Simulator:
         return moves_in_time(state.position, state.destination, left, rules.actions, rules.grid, rules.max_voxel_steps)
 
     def snapshot(self) -> Snapshot:
-        """Copy all that the future depends on, random state included.
-
-        :return: the copy
-        """
+        """Copy all that the future depends on, random state included."""
         return Snapshot(copy.deepcopy(self.state), copy.deepcopy(dict(self._rng.bit_generator.state)))
 
     def restore(self, snapshot: Snapshot) -> None:

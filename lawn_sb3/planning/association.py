@@ -1,11 +1,15 @@
 """The association game of one slot: every UAV chooses a GBS, which splits its RBs equally among those that chose it.
 
-It is what remains of the congestion game (eq:rb with eq:rate) if nobody looks beyond the next slot. The rate is the
-product of a share, which depends on how many have chosen the GBS, and of what an RB carries, which depends on the UAV
-and the GBS alone. Its logarithm is therefore a sum, and has an exact potential (Monderer and Shapley, 1996): whenever
-one UAV alone changes its choice, the potential changes by just what that UAV's log-rate does. Hence a choice from which
-no UAV gains by deviating alone always exists, and letting UAVs improve in turn finds one. Rates themselves have no such
-potential, and utilities of whole trajectories, which add up rates of several slots, need not have an equilibrium.
+It is what remains of the congestion game if nobody looks beyond the next slot. A rate is a share, which depends on how
+many have chosen the GBS, times what an RB carries, which depends on the UAV and the GBS alone. Its logarithm is
+therefore a sum, and has an exact potential (Monderer and Shapley, 1996): whenever one UAV alone changes its choice, the
+potential changes by as much as that UAV's log-rate. Hence a choice from which no UAV gains by deviating alone always
+exists, and letting UAVs improve in turn finds one. Rates themselves have no such potential, and utilities of whole
+trajectories, which add up rates of several slots, need not have an equilibrium.
+
+Rates r_ib over one RB are given as ``rb_rate_mbps`` [..., N, M] in Mbps, 0 where GBS b cannot serve UAV i; ``num_rbs``
+are the K_b [M], and ``choice`` holds the index b_i of the GBS that each UAV chooses [..., N]. All functions raise a
+UserError if the shapes do not fit or a choice is no GBS.
 """
 
 from __future__ import annotations
@@ -17,9 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import move, stop_at
-from lawn_sb3.game.kernel import voxel_of
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import voxel_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -29,7 +33,7 @@ LEAST_GAIN = 1e-12
 
 
 class OneSlotGame(NamedTuple):
-    """The association game that some UAVs play in the next slot of a real game."""
+    """The association game that the UAVs play in the next slot of a real game."""
 
     rb_rate_mbps: Floats
     """Rate over one RB in the best voxel of each cell that each UAV can reach [N, M]; 0 where it can reach none."""
@@ -38,13 +42,14 @@ class OneSlotGame(NamedTuple):
 
 
 def association_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
-    """Rate of every UAV (eq:rate with eq:rb) in a joint choice.
+    """Rate of every UAV in a joint choice: Eq. (2), eq:rate, with Eq. (1), eq:rb.
 
-    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
-    :param num_rbs: RBs K_b of each GBS [M]
-    :param choice: index of the GBS that each UAV chooses [..., N]
-    :return: rates in Mbps [..., N]
-    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    R_i = floor(K_b / n_b) r_ib,  b = b_i
+
+    :return: R_i in Mbps [..., N]
+
+    >>> association_rates_mbps([[1.0, 2.0], [4.0, 2.0], [3.0, 5.0]], [5, 3], [0, 0, 1])  # floor(5/2) = 2 RBs, and 3
+    array([ 2.,  8., 15.])
     """
     rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
     load = np.take_along_axis(_loads(chosen, len(shares)), chosen, axis=-1)
@@ -54,11 +59,7 @@ def association_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: 
 def deviation_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
     """Rate that every UAV would have with every GBS if all others stayed with theirs.
 
-    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
-    :param num_rbs: RBs K_b of each GBS [M]
-    :param choice: index of the GBS that each UAV chooses [..., N]
     :return: rates in Mbps [..., N, M]; with the GBS that a UAV has chosen, the rate it has
-    :raises UserError: if the shapes do not fit, or a choice is no GBS
     """
     rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
     every_gbs = np.arange(len(shares))
@@ -67,17 +68,14 @@ def deviation_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: Ar
 
 
 def log_rate_potential(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
-    """Exact potential of the log-rates: sum_b sum_{k <= n_b} log floor(K_b / k) + sum_i log rb_rate_mbps[i, b_i].
+    """Exact potential of the log-rates: Rosenthal's potential of the shares, and each UAV's own part.
 
-    It is Rosenthal's potential of the shares, and each UAV's own part. It is defined while every UAV gets at least one
-    RB of a GBS that can serve it. Otherwise somebody's rate is 0 and the potential minus infinity; its differences then
-    say nothing.
+    Phi = sum_b sum_{k <= n_b} log floor(K_b / k) + sum_i log r_ib,  b = b_i
 
-    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
-    :param num_rbs: RBs K_b of each GBS [M]
-    :param choice: index of the GBS that each UAV chooses [..., N]
-    :return: potential [...]; its differences have no unit
-    :raises UserError: if the shapes do not fit, or a choice is no GBS
+    It is defined while every UAV gets at least one RB of a GBS that can serve it. Otherwise somebody's rate is 0 and
+    the potential is minus infinity; its differences then mean nothing.
+
+    :return: Phi [...]; its differences have no unit
     """
     rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
     loads = _loads(chosen, len(shares))
@@ -90,7 +88,7 @@ def log_rate_potential(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: Arra
 def deviation_cycle(choice: ArrayLike, uavs: tuple[int, int], targets: tuple[int, int]) -> Ints:
     """Joint choices around a closed cycle: the first UAV deviates, then the second; the first returns, the second too.
 
-    :param choice: index of the GBS that each UAV chooses at the outset [..., N]
+    :param choice: index of the GBS that each UAV chooses at first [..., N]
     :param uavs: indices of the two UAVs
     :param targets: the GBS that each of the two deviates to
     :return: joint choices before each of the four deviations [..., 4, N]; the fourth leads back to the first
@@ -124,14 +122,10 @@ def cycle_gain(payoffs: ArrayLike, uavs: tuple[int, int]) -> Floats:
 def improve_in_turn(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Ints:
     """Let every UAV change to its best GBS if that raises its rate, one after the other, until none does.
 
-    It ends because the potential rises with every change. Where rates of 0 make it minus infinity, put one small number
-    in the place of every 0: that is a game with a potential too, and every gain of the one is a gain of the other.
+    It ends because the potential rises with every change. If rates of 0 make it minus infinity, put one small number in
+    place of every 0: that is a game with a potential too, and every gain in the one is a gain in the other.
 
-    :param rb_rate_mbps: rate over one RB of each UAV with each GBS in Mbps, 0 where it cannot be served [..., N, M]
-    :param num_rbs: RBs K_b of each GBS [M]
-    :param choice: the GBS that each UAV begins with [..., N]
     :return: a pure Nash equilibrium for each joint choice to begin with [..., N]; nobody changes to a rate of 0
-    :raises UserError: if the shapes do not fit, or a choice is no GBS
     """
     rb_rate, _, chosen = _checked(rb_rate_mbps, num_rbs, choice)
     while True:
@@ -149,10 +143,10 @@ def one_slot_game(simulator: Simulator, game: int) -> OneSlotGame:
     """The association game of the next slot, as one game of a simulator stands.
 
     A cell of which a UAV can reach no voxel within the slot carries 0 Mbps for it, so that nobody gains by choosing it.
-    The rates of a joint choice are those of the real slot if all UAVs that fly, and no others, take part in it and make
-    the moves: a UAV that is done carries 0 Mbps everywhere and is to be left out; if it stays where it arrived, it
-    takes RBs of its cell that this game knows nothing of. Collisions are not looked at: two UAVs that choose one GBS
-    may be sent to the same voxel.
+    The rates of a joint choice are those of the real slot if all flying UAVs, and no others, take part in it and make
+    the moves. A UAV that is done carries 0 Mbps everywhere and should be left out; if it stays where it arrived, it
+    takes RBs of its cell, which this game does not know. Collisions are ignored: two UAVs that choose one GBS may be
+    sent to the same voxel.
 
     :param simulator: the games
     :param game: index of the game

@@ -1,4 +1,4 @@
-"""The best route as if alone: what planning for oneself is worth, and what everybody would have without the others."""
+"""The best route as if alone: what planning for oneself is worth, and what each UAV would have without the others."""
 
 from __future__ import annotations
 
@@ -17,22 +17,15 @@ class BestRoutePlayer(PlanPlayer):
     name = "best-route"
 
     def plan(self, simulator: Simulator, game: int) -> Plan:
-        """Plan every UAV as if it were alone.
-
-        :param simulator: the games
-        :param game: index of the game
-        :return: the joint plan
-        :raises UserError: naming the UAV that cannot be at its destination in time
-        """
+        """Plan every UAV as if it were alone."""
         return routes_alone(simulator.rules, simulator.state, game, self.slack)
 
 
 class BoundPlayer(BestRoutePlayer):
     """The same over all flight times, each UAV alone in the network: an upper bound on every joint trajectory.
 
-    A rate never rises with the load, so no UAV can have more among others than the best it can have alone, and the
-    welfare of no joint trajectory exceeds the sum. Nobody can fly this bound; the evaluation gives every UAV a game of
-    its own.
+    A rate never rises with the load, so no UAV can have more among others than its best alone, and no joint trajectory
+    has a higher welfare than the sum. Nobody can fly this bound; the evaluation gives every UAV a game of its own.
 
     :param on_game: called after each game that has been planned
     """

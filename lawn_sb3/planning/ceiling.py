@@ -1,11 +1,10 @@
-"""The ceiling: what two UAVs of a tiny game can have at most in time, by what each of them knows when it decides.
+"""The ceiling: the most that two UAVs of a tiny game can have in time, by what each knows when it decides.
 
-In an airspace where every mission takes one slot or two, a UAV that flies no longer than T_i^min decides once: through
-which voxel it flies. What it can do with what it knows is then a team decision between two who see different things.
-Probabilities of both decisions that agree, for each UAV, with a choice made of what it sees alone are the solutions of
-linear conditions. All decentralised policies in time meet them, random and correlated ones too, so no such policy has
-more than the largest welfare under them; one that lets a UAV come later can. Policies that are found by best responses
-from there show how tight it is.
+In an airspace where every mission takes one or two slots, a UAV that flies no longer than T_i^min decides once: through
+which voxel it flies. This is a team decision of two who see different things. Joint probabilities of the two decisions
+in which each UAV's choice depends on what it sees alone solve a set of linear conditions. All decentralised policies in
+time satisfy them, random and correlated ones too, so none has more than the largest welfare under them; a policy that
+lets a UAV arrive later can. Policies found by best responses from there show how tight the ceiling is.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ Ints = NDArray[np.int64]
 Floats = NDArray[np.float64]
 
 MOST_FLIGHTS = 1_000_000
-"""Joint flights that are worked out, at most."""
+"""The most joint flights that are worked out."""
 BATCH = 50_000
 MOST_ROUNDS = 200
 
@@ -55,15 +54,12 @@ class TinyGames(NamedTuple):
     utility_mbps: Floats
 
     def missions(self) -> Missions:
-        """Origins and destinations of all missions, each once.
-
-        :return: in voxels [K, 2, 3]
-        """
+        """Origins and destinations of all missions, each once, in voxels [K, 2, 3]."""
         return Missions(self.voxels[self.origin], self.voxels[self.destination])
 
 
 class Ceiling(NamedTuple):
-    """What can be had by what is known, mean utility of a UAV over all missions.
+    """What UAVs with some knowledge can have: the mean utility of a UAV over all missions.
 
     :param at_most_mbps: no decentralised policy in time has more
     :param found_mbps: what one that was found has
@@ -95,8 +91,8 @@ KNOWN: dict[str, Callable[[TinyGames], list[Ints]]] = {
     "the cell it heads for": _headed,
     "its intents": _all,
 }
-"""What a UAV knows when it decides, for both UAVs [K, 2] each: with two UAVs, loads without oneself are the other's
-cell. A clock or a memory adds nothing: it is the first slot."""
+"""What a UAV knows when it decides, for both UAVs [K, 2] each. With two UAVs, the loads without oneself say the cell of
+the other; a clock or a memory adds nothing in the first slot."""
 
 
 def tiny_games(scenario: Scenario) -> TinyGames:
@@ -104,7 +100,7 @@ def tiny_games(scenario: Scenario) -> TinyGames:
 
     :param scenario: the game
     :return: the missions and the flights
-    :raises UserError: if it has not two UAVs, if a mission takes more than two slots, or if there are too many flights
+    :raises UserError: if there are not two UAVs, if a mission takes more than two slots, or if flights are too many
     """
     if scenario.num_uavs != 2:
         raise UserError(f"num_uavs = {scenario.num_uavs}: the ceiling is worked out for 2 UAVs")
@@ -134,7 +130,7 @@ def _too_many(flights: int) -> UserError:
 
 
 def _through(apart: Ints, start: int, end: int, steps: int) -> Ints:
-    """Voxels through which a flight from one voxel to another is in time: its end, if one slot is enough."""
+    """Voxels at which a flight in time may end its first slot: its end, if one slot is enough."""
     if apart[start, end] <= steps:
         return np.array([end])
     return np.flatnonzero((apart[start] <= steps) & (apart[end] <= steps))
@@ -172,18 +168,14 @@ def _fly(scenario: Scenario, games: TinyGames, chosen: slice) -> Floats:
 
 
 def joint_optimum_mbps(games: TinyGames) -> float:
-    """Mean utility if every mission is flown by the joint flight with the most welfare.
-
-    :param games: all missions and flights
-    :return: mean over the missions, in Mbps
-    """
+    """Mean utility over the missions in Mbps if each is flown by the joint flight with the highest welfare."""
     best = np.full(len(games.origin), -np.inf)
     np.maximum.at(best, games.mission, games.utility_mbps)
     return float(best.mean())
 
 
 def ceiling(games: TinyGames, known: Callable[[TinyGames], list[Ints]]) -> Ceiling:
-    """The most that UAVs can have which know so much of each other.
+    """The most that UAVs can have with some knowledge of each other.
 
     :param games: all missions and flights
     :param known: what a UAV knows, one of :data:`KNOWN`
@@ -202,10 +194,10 @@ def ceiling(games: TinyGames, known: Callable[[TinyGames], list[Ints]]) -> Ceili
 
 
 def _largest(games: TinyGames, choice: Ints, decision: Ints) -> tuple[float, Floats]:
-    """The largest welfare under conditions that all decentralised policies meet, and how likely choices are there.
+    """The largest welfare under conditions that all decentralised policies satisfy, and how likely choices are there.
 
-    What is returned is not the solver's optimum but the value of its dual solution, which bounds it whatever its
-    tolerance: all unknowns are probabilities, so that a positive reduced profit adds no more than itself.
+    What is returned is not the solver's optimum but the value of its dual solution, which bounds it whatever the
+    solver's tolerance: all unknowns are probabilities, so a positive reduced profit adds no more than itself.
 
     :param choice: the two UAVs' choices in each joint flight [R, 2]
     :param decision: the decision that each choice belongs to [C]
@@ -234,7 +226,7 @@ def _largest(games: TinyGames, choice: Ints, decision: Ints) -> tuple[float, Flo
 
 
 def _respond(games: TinyGames, choice: Ints, decision: Ints, likely: Floats) -> float:
-    """Best responses in turn, from the likeliest choices on, until nobody gains: mean utility of what is found."""
+    """Best responses in turn, starting from the likeliest choices, until nobody gains: the mean utility found."""
     chosen = _best_choices(likely, decision)
     found = -np.inf
     for _ in range(MOST_ROUNDS):
@@ -251,7 +243,7 @@ def _respond(games: TinyGames, choice: Ints, decision: Ints, likely: Floats) -> 
 
 
 def _best_choices(worth: Floats, decision: Ints) -> NDArray[np.bool_]:
-    """True for one choice of each decision [C], one of most worth."""
+    """True for one choice of each decision [C]: one with the highest worth."""
     order = np.lexsort((-worth, decision))
     first = np.diff(decision[order], prepend=-1) > 0
     best = np.zeros(len(worth), dtype=bool)

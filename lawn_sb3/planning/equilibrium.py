@@ -22,7 +22,7 @@ class SearchPlayer(PlanPlayer):
 
     :param slack: slots beyond T_i^min that a flight may take
     :param on_game: called after each game that has been planned
-    :param starts: number of starts a game
+    :param starts: number of starts per game
     """
 
     aim: ClassVar[Aim]
@@ -33,12 +33,7 @@ class SearchPlayer(PlanPlayer):
         self.starts = starts
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Plan all games, and count how the searches end.
-
-        :param simulator: the games
-        :param rng: source of the starts
-        :raises UserError: naming the UAV that cannot be at its destination in time
-        """
+        """Plan all games, and count how the searches end."""
         self.searches = 0
         """Searches made in all games."""
         self.longest_rounds = 0
@@ -54,11 +49,8 @@ class SearchPlayer(PlanPlayer):
     def plan(self, simulator: Simulator, game: int) -> Plan:
         """Search from all starts.
 
-        :param simulator: the games
-        :param game: index of the game
-        :return: the joint plan with the highest welfare among those with the fewest collisions, or with the lowest if
-            the worst is kept; fixed points come before others
-        :raises UserError: naming the UAV that cannot be at its destination in time
+        :return: fixed points come before others, and fewer collisions before more; then the joint plan with the highest
+            welfare, or the lowest if the worst is kept
         """
         rules, state = simulator.rules, simulator.state
         found: list[tuple[bool, int, float, Plan]] = []
@@ -83,10 +75,10 @@ class SearchPlayer(PlanPlayer):
 
 
 class EquilibriumPlayer(SearchPlayer):
-    """A Nash equilibrium of trajectories: of those that iterated best response finds, the one with most welfare.
+    """A Nash equilibrium of trajectories: of those that iterated best response finds, the one with the highest welfare.
 
-    Nothing guarantees that there is one, nor that it is found; what the searches ended in is counted. Deviations are
-    looked for up to the slack: regrets, which look at all flight times, tell whether longer ones would gain.
+    Nothing guarantees that there is one, nor that it is found; how the searches ended is counted. Deviations are tried
+    up to the slack: regrets, which try all flight times, tell whether longer ones would gain.
     """
 
     name = "equilibrium"
@@ -94,19 +86,19 @@ class EquilibriumPlayer(SearchPlayer):
 
 
 class WorstEquilibriumPlayer(EquilibriumPlayer):
-    """The equilibrium with the least welfare of those found: what selfish UAVs may end up with."""
+    """The equilibrium with the lowest welfare of those found: where selfish UAVs may end up."""
 
     name = "worst-equilibrium"
     keeps_worst = True
 
 
 class WelfarePlayer(SearchPlayer):
-    """Coordinate ascent on the welfare (eq:welfare): every UAV responds for the sum of all utilities.
+    """Coordinate ascent on the welfare, Eq. (10), eq:welfare: every UAV responds for the sum of all utilities.
 
     It climbs from each start, and from where selfish responses lead from there, so that it never ends below an
     equilibrium that :class:`EquilibriumPlayer` finds from the same starts. It ends where no single trajectory can be
-    changed for the better; the best of all ends is a lower bound on the largest welfare. Every UAV arrives: that the
-    others may have more if one never does is not made use of.
+    changed for the better; the best of all ends is a lower bound on the largest welfare. Every UAV arrives, even where
+    the others would have more if it never did.
     """
 
     name = "welfare"

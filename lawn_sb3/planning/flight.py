@@ -1,8 +1,12 @@
-"""The best flight of one UAV, exactly: backward recursion over (slot, voxel), everybody else's trajectory being fixed.
+"""The best flight of one UAV, exactly: backward recursion over (slot, voxel), while all others' trajectories are fixed.
 
-With the flight time T fixed, the utility (eq:utility) is a weighted sum of the rates of all slots, so the best way to
-go on from a voxel does not depend on how the UAV came there. The recursion is repeated for every T worth trying.
-Slots are counted from now: s = 1 is the next one.
+With the flight time T fixed, the utility, Eq. (9), eq:utility, is a weighted sum of the rates of all slots, so the best
+way to go on from a voxel does not depend on how the UAV got there:
+
+V_s(v) = w(s) R(v, n_b(s) + 1) + e_b(s) + max_a V_{s+1}(v + a)
+
+with the weights w of :func:`slot_weight`, the others' loads n_b and the effect e_b on the others' utilities. The
+recursion is repeated for every T worth trying.
 """
 
 from __future__ import annotations
@@ -14,9 +18,9 @@ from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import Voxel, is_inside, min_slots, stop_at
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -28,7 +32,7 @@ ANY_SLACK = 1_000_000
 
 
 class Surroundings(NamedTuple):
-    """What one UAV finds in each slot from now on, the others' trajectories being fixed."""
+    """What one UAV meets in each slot from now on, while the others' trajectories are fixed."""
 
     loads: Ints  # [S + 1, M] other UAVs in each cell
     effects_mbps: Floats  # [S + 1, M] change of the others' utilities if the UAV is in the cell, 0 or less
@@ -46,22 +50,13 @@ class Flight(NamedTuple):
 
 @njit
 def collision_price_mbps(rules: Rules, num_uavs: int) -> float:
-    """A price that no gain of any UAV makes up for, so that fewest collisions come first, and the worth second.
-
-    :param rules: the game's constants
-    :param num_uavs: N
-    :return: more than all utilities together can change
-    """
+    """A price in Mbps above all that utilities can gain, so that fewest collisions come first and the worth second."""
     return 1.0 + num_uavs * peak_rate_mbps(rules)
 
 
 @njit
 def peak_rate_mbps(rules: Rules) -> float:
-    """The highest rate (eq:rate) anywhere: that of a lone UAV in the best voxel.
-
-    :param rules: the game's constants
-    :return: rate in Mbps
-    """
+    """The highest rate anywhere in Mbps: that of a lone UAV in the best voxel."""
     cell, rb_rate_mbps, num_rbs = rules.cell, rules.rb_rate_mbps, rules.num_rbs
     best = 0.0
     for x in range(rules.grid[0]):
@@ -75,11 +70,6 @@ def peak_rate_mbps(rules: Rules) -> float:
 def longest_flight(rules: Rules, state: State, game: int, uav: int, slack: int) -> int:
     """The longest flight that is tried: T_i^min and the slack, or the shortest from here, but never past the deadline.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param uav: index of the UAV, which is flying
-    :param slack: slots beyond T_i^min that the whole flight may take
     :return: slots from now; fewer than the shortest flight takes if the deadline cannot be met
     """
     here, goal = voxel_of(state.position, game, uav), voxel_of(state.destination, game, uav)
@@ -94,17 +84,12 @@ def best_flight(
 ) -> Flight:
     """The best way of one UAV from where it is to its destination, within the deadline.
 
-    Collisions count first: a way without any is taken if there is one. Flight times are scanned from the least one up;
-    the scan ends early where no longer flight can be better.
+    Collisions count first: a way without any is taken if there is one. Flight times are tried from the shortest up,
+    until no longer flight can be better.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param uav: index of the UAV
-    :param around: what it finds; at least as many slots as can be flown
-    :param slack: slots beyond T_i^min that the whole flight may take
-    :param path: voxels from slot to slot, the present one first [S + 1, 3]; written, and filled with the destination,
-        unless the deadline cannot be met
+    :param around: what it meets; at least as many slots as can be flown
+    :param path: voxels from slot to slot, the present one first [S + 1, 3]; written, and filled up with the
+        destination, unless the deadline cannot be met
     :return: the flight
     """
     position, goal = voxel_of(state.position, game, uav), voxel_of(state.destination, game, uav)
@@ -120,7 +105,7 @@ def best_flight(
     for slots in range(shortest, longest + 1):
         total = flown + slots
         horizon = bias_horizon(rules, total)
-        # No EMA rate exceeds that of the peak rate in all slots, and nobody else gains by this UAV's being there.
+        # No EMA rate exceeds that of the peak rate in all slots, and no other UAV gains by this one's presence.
         ceiling = 1.0 - (1.0 - beta) ** total
         if utility(corrected_rate(peak_mbps * ceiling, beta, horizon), least, total) <= best.worth_mbps:
             break
@@ -138,7 +123,7 @@ def best_flight(
 
 @njit
 def _after_arrival(rules: Rules, goal: Voxel, around: Surroundings, slots: int, price_mbps: float) -> float:
-    """What a UAV that stays at its destination does to those who still fly; nothing if it leaves."""
+    """What a UAV that stays at its destination changes for those still flying; 0 if it leaves."""
     worth = 0.0
     if rules.arrived_stays:
         cell = rules.cell[goal]
@@ -163,19 +148,14 @@ def _value_slot(
     values: Floats,
     moves: NDArray[np.int32],
 ) -> None:
-    """Best worth from slot s on of being in each voxel in slot s, and the move that follows.
+    """V_s of every voxel, and the move that follows.
 
-    Only voxels that can be reached from the position, and from which the destination can, are looked at: the others
+    Only voxels that can be reached from the position, and from which the destination can be reached, count; the others
     are worth minus infinity. The destination ends the flight, so it is out of bounds before the last slot.
     """
     cell, rb_rate_mbps, num_rbs = rules.cell, rules.rb_rate_mbps, rules.num_rbs
-    actions, grid, fly_through, loads, effects = (
-        rules.actions,
-        rules.grid,
-        rules.fly_through,
-        around.loads,
-        around.effects_mbps,
-    )
+    actions, grid, fly_through = rules.actions, rules.grid, rules.fly_through
+    loads, effects = around.loads, around.effects_mbps
     here, later = values[s % 2], values[(s + 1) % 2]
     here[:] = -np.inf
     reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
@@ -202,15 +182,7 @@ def _value_slot(
 
 @njit
 def overlap(first: int, reach: int, second: int, other_reach: int, size: int) -> tuple[int, int]:
-    """Coordinates within reach of both ends of a way, along one axis.
-
-    :param first: coordinate of the one end
-    :param reach: steps from it
-    :param second: coordinate of the other end
-    :param other_reach: steps from that
-    :param size: size of the airspace
-    :return: a half-open range inside the airspace
-    """
+    """Coordinates along one axis within ``reach`` of one end and ``other_reach`` of the other: a half-open range."""
     return max(first - reach, second - other_reach, 0), min(first + reach, second + other_reach, size - 1) + 1
 
 
@@ -222,12 +194,8 @@ def best_move(
 
     Moves out of the airspace are left out: clipped or refused, they end where another move ends too.
 
-    :param actions: the action table [A, 3]
     :param grid: size of the airspace, or of the part of it that the voxels are counted in
-    :param fly_through: whether a move ends at the destination where that lies on the way
-    :param voxel: where the UAV is
-    :param goal: its destination
-    :param later: worth of being in each voxel in the next slot; minus infinity where it must not be [W, L, H]
+    :param later: V_{s+1}, minus infinity where the UAV must not be [W, L, H]
     :return: index into the action table, and the worth
     """
     best, highest = 0, -np.inf

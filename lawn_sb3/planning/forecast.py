@@ -1,4 +1,4 @@
-"""The forecast: every UAV plans anew in every slot, as if the loads it sees now stayed as they are."""
+"""The forecast: every UAV plans anew in every slot, as if the loads it sees now never changed."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import Rules, State, voxel_of
 from lawn_sb3.planning.flight import best_flight, longest_flight
 from lawn_sb3.planning.plan import check_in_time, nobody
 
@@ -15,9 +15,9 @@ from lawn_sb3.planning.plan import check_in_time, nobody
 class ForecastPlayer:
     """Every UAV flies the first move of its best flight through cells whose loads, itself aside, never change.
 
-    It is decentralised: a UAV knows its own o_i (eq:obs) and how many slots it has flown, nothing else. It therefore
-    cannot avoid collisions. Without slack it never takes longer than the least flight time: loads do not stay as they
-    are, and waiting for better ones costs more than it brings.
+    It is decentralised: a UAV knows its own o_i, Eq. (12), eq:obs, and how many slots it has flown, nothing else. It
+    therefore cannot avoid collisions. Without slack it never takes longer than the least flight time: loads do change,
+    and waiting for better ones costs more than it gains.
 
     :param slack: slots beyond T_i^min that a flight may take
     """
@@ -28,20 +28,11 @@ class ForecastPlayer:
         self.slack = slack
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Check that all missions can be flown in time.
-
-        :param simulator: the games
-        :param rng: not needed
-        :raises UserError: naming the UAV that cannot be at its destination in time
-        """
+        """Check that all missions can be flown in time."""
         check_in_time(simulator.rules, simulator.state)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Plan anew, and take the first moves.
-
-        :param simulator: the games
-        :return: indices into the action table [G, N]
-        """
+        """Plan anew, and take the first moves [G, N]."""
         return _first_moves(simulator.rules, simulator.state, self.slack)
 
 

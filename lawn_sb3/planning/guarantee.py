@@ -1,4 +1,4 @@
-"""What a UAV can have whatever loads the others make: a bound on how bad an equilibrium can be."""
+"""What a UAV can have whatever the others do to the loads: a bound on how bad an equilibrium can be."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State
+from lawn_sb3.game.state import Rules, State
 from lawn_sb3.planning.flight import best_flight, longest_flight
 from lawn_sb3.planning.plan import nobody
 
@@ -16,12 +16,9 @@ def guaranteed_utilities_mbps(rules: Rules, state: State, slack: int) -> NDArray
     """The utility of every UAV's best flight if all others were always in its own cell.
 
     Rates never rise with the load, so the same flight gives no less whatever the others do. In an equilibrium everybody
-    has a best response, so nobody has less, unless the others are in its way: a best response avoids collisions first.
+    flies a best response, so nobody has less, unless others are in its way: a best response avoids collisions first.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param slack: slots beyond T_i^min that a flight may take
-    :return: utilities in Mbps [G, N]; 0 for a UAV that is not flying or has not time enough
+    :return: utilities in Mbps [G, N]; 0 for a UAV that is not flying or has too little time
     """
     num_games, num_uavs = state.flying.shape
     utilities = np.zeros((num_games, num_uavs))

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.game.payoff import corrected_rate, ema_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
 from lawn_sb3.planning.flight import Surroundings, longest_flight
 
 Floats = NDArray[np.float64]
@@ -29,13 +29,8 @@ class Plan(NamedTuple):
 
 
 def empty_plan(rules: Rules, state: State, game: int, slack: int) -> Plan:
-    """A plan in which nobody flies yet, with room for every flight up to a slack.
+    """A plan in which nobody flies yet, with room for every flight up to the slack.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param slack: slots beyond T_i^min that a flight may take
-    :return: the plan
     :raises UserError: naming the UAV that cannot be at its destination in time
     """
     num_uavs = state.flying.shape[1]
@@ -57,8 +52,6 @@ def empty_plan(rules: Rules, state: State, game: int, slack: int) -> Plan:
 def check_in_time(rules: Rules, state: State) -> None:
     """Refuse missions that cannot be flown, before hours of planning.
 
-    :param rules: the game's constants
-    :param state: the state of all games
     :raises UserError: naming the first UAV that cannot be at its destination in time
     """
     for game in range(len(state.flying)):
@@ -67,14 +60,7 @@ def check_in_time(rules: Rules, state: State) -> None:
 
 @njit
 def is_there(rules: Rules, plan: Plan, uav: int, s: int) -> bool:
-    """Whether a UAV takes RBs and room in a slot: it flies, or stays where its mission ended.
-
-    :param rules: the game's constants
-    :param plan: the plan
-    :param uav: index of the UAV
-    :param s: slot from now, 1 or more
-    :return: true if it does
-    """
+    """Whether a UAV takes RBs and room in slot s, 1 or more: it flies, or stays where its mission ended."""
     return bool(s <= plan.slots[uav] or rules.arrived_stays)
 
 
@@ -82,10 +68,8 @@ def is_there(rules: Rules, plan: Plan, uav: int, s: int) -> bool:
 def planned_loads(rules: Rules, plan: Plan, without: int) -> Ints:
     """Cell loads n_b of every slot.
 
-    :param rules: the game's constants
-    :param plan: the plan
     :param without: a UAV that does not count; -1 to count all
-    :return: loads [S + 1, M]; those of slot 0 are left at 0
+    :return: loads [S + 1, M]; those of slot 0 stay 0
     """
     num_uavs, num_slots, _ = plan.voxels.shape
     loads = np.zeros((num_slots, len(rules.num_rbs)), dtype=np.int64)
@@ -98,30 +82,14 @@ def planned_loads(rules: Rules, plan: Plan, without: int) -> Ints:
 
 @njit
 def arrives(state: State, game: int, plan: Plan, uav: int) -> bool:
-    """Whether a UAV flies and ends at its destination.
-
-    :param state: the state of all games
-    :param game: index of the game
-    :param plan: the plan
-    :param uav: index of the UAV
-    :return: true if it does
-    """
+    """Whether a UAV flies and ends at its destination."""
     slots = plan.slots[uav]
     return bool(slots > 0 and voxel_of(plan.voxels, uav, slots) == voxel_of(state.destination, game, uav))
 
 
 @njit
 def planned_weight(rules: Rules, state: State, game: int, plan: Plan, uav: int, s: int) -> float:
-    """What a UAV's rate in a slot counts in its utility (eq:utility).
-
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param plan: the plan
-    :param uav: index of the UAV
-    :param s: slot from now, in which it flies
-    :return: weight, without unit; 0 if it does not arrive
-    """
+    """How much a UAV's rate in slot s counts in its utility, as :func:`slot_weight`; 0 if it does not arrive."""
     if not arrives(state, game, plan, uav):
         return 0.0
     slots = plan.slots[uav]
@@ -131,14 +99,7 @@ def planned_weight(rules: Rules, state: State, game: int, plan: Plan, uav: int, 
 
 @njit
 def planned_utilities_mbps(rules: Rules, state: State, game: int, plan: Plan) -> Floats:
-    """Utility U_i (eq:utility) of every UAV if all fly as planned.
-
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param plan: the plan
-    :return: utilities in Mbps [N]; 0 for a UAV that is not flying or does not arrive
-    """
+    """Utility U_i of every UAV in Mbps if all fly as planned [N]; 0 for one that is not flying or does not arrive."""
     loads = planned_loads(rules, plan, -1)
     utilities = np.zeros(len(plan.slots))
     for i in range(len(plan.slots)):
@@ -159,12 +120,7 @@ def planned_utilities_mbps(rules: Rules, state: State, game: int, plan: Plan) ->
 
 @njit
 def planned_collisions(rules: Rules, plan: Plan) -> Ints:
-    """How often each UAV shares a voxel with another one (eq:collision), counted by slot and pair.
-
-    :param rules: the game's constants
-    :param plan: the plan
-    :return: collisions [N]; each counts for both UAVs
-    """
+    """How often each UAV violates Eq. (4), eq:collision, counted by slot and pair [N]; each counts for both UAVs."""
     num_uavs, num_slots, _ = plan.voxels.shape
     collisions = np.zeros(num_uavs, dtype=np.int64)
     for s in range(1, num_slots):
@@ -180,15 +136,9 @@ def planned_collisions(rules: Rules, plan: Plan) -> Ints:
 
 @njit
 def others_in(rules: Rules, state: State, game: int, plan: Plan, uav: int, count_effects: bool) -> Surroundings:
-    """What one UAV finds if all others fly as planned.
+    """What one UAV meets if all others fly as planned.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param plan: the plan
-    :param uav: index of the UAV
-    :param count_effects: whether to work out what its being in a cell costs the others; 0 otherwise
-    :return: its surroundings
+    :param count_effects: whether to work out what its presence in a cell costs the others; otherwise it is 0
     """
     num_uavs, num_slots, _ = plan.voxels.shape
     loads = planned_loads(rules, plan, uav)
@@ -211,12 +161,7 @@ def others_in(rules: Rules, state: State, game: int, plan: Plan, uav: int, count
 
 @njit
 def nobody(num_slots: int, num_gbs: int) -> Surroundings:
-    """What a UAV finds that is alone in the network.
-
-    :param num_slots: slots to look ahead S
-    :param num_gbs: M
-    :return: its surroundings
-    """
+    """What a UAV meets that is alone in the network, for so many slots ahead."""
     shape = (num_slots + 1, num_gbs)
     none = np.zeros((0, num_slots + 1, 3), dtype=np.int64)
     return Surroundings(np.zeros(shape, dtype=np.int64), np.zeros(shape), none, np.zeros(0, dtype=np.int64))

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.game.kernel import State
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import State
 from lawn_sb3.planning.flight import DEFAULT_SLACK
 from lawn_sb3.planning.plan import Plan, check_in_time
 
@@ -24,7 +24,7 @@ class _Course(NamedTuple):
 
 
 class PlanPlayer(ABC):
-    """Plans each game as a whole; plans anew where a game is not as planned, such as after a new mission.
+    """Plans each game as a whole, and plans a game anew if it is not as planned, as after a new mission.
 
     :param slack: slots beyond T_i^min that a flight may take
     :param on_game: called after each game that has been planned
@@ -62,11 +62,7 @@ class PlanPlayer(ABC):
         self._courses = [self._set_course(simulator, game) for game in range(len(state.flying))]
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Fly on as planned.
-
-        :param simulator: the games
-        :return: indices into the action table [G, N]
-        """
+        """Fly on as planned, and plan anew where a game is not as planned [G, N]."""
         actions = np.zeros(simulator.state.flying.shape, dtype=np.int64)
         for game in range(len(actions)):
             if _is_off(self._courses[game], simulator.state, game):

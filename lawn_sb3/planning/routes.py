@@ -1,4 +1,4 @@
-"""Joint plans in which nobody looks at anybody else: every UAV's best route as if alone, or a random shortest path."""
+"""Joint plans without regard to the others: every UAV's best route as if alone, or a random shortest path."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from lawn_sb3.game.airspace import is_inside, min_slots
 from lawn_sb3.game.compiled import njit
-from lawn_sb3.game.kernel import Rules, State, voxel_of
+from lawn_sb3.game.state import Rules, State, voxel_of
 from lawn_sb3.planning.flight import best_flight
 from lawn_sb3.planning.plan import Plan, empty_plan, nobody
 
@@ -14,11 +14,6 @@ from lawn_sb3.planning.plan import Plan, empty_plan, nobody
 def routes_alone(rules: Rules, state: State, game: int, slack: int) -> Plan:
     """Every UAV on the route that would be best if it were alone in the network.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param slack: slots beyond T_i^min that a flight may take
-    :return: the joint plan; utilities if really alone are those of ``best_flight`` with nobody around
     :raises UserError: naming the UAV that cannot be at its destination in time
     """
     plan = empty_plan(rules, state, game, slack)
@@ -29,14 +24,8 @@ def routes_alone(rules: Rules, state: State, game: int, slack: int) -> Plan:
 
 
 def straight_routes(rules: Rules, state: State, game: int, slack: int, rng: np.random.Generator) -> Plan:
-    """Every UAV on a shortest path, each move drawn uniformly among those that keep the least flight time.
+    """Every UAV on a shortest path, each move drawn uniformly from those that keep the least flight time.
 
-    :param rules: the game's constants
-    :param state: the state of all games
-    :param game: index of the game
-    :param slack: slots beyond T_i^min that the plan has room for
-    :param rng: source of the draws
-    :return: the joint plan
     :raises UserError: naming the UAV that cannot be at its destination in time
     """
     plan = empty_plan(rules, state, game, slack)
@@ -56,7 +45,7 @@ def _draw_route(rules: Rules, state: State, game: int, uav: int, rng: np.random.
             end = voxel[0] + rules.actions[a, 0], voxel[1] + rules.actions[a, 1], voxel[2] + rules.actions[a, 2]
             if is_inside(end, rules.grid) and min_slots(end, goal, rules.max_voxel_steps) <= max(slots - s, 0):
                 found += 1
-                if rng.integers(0, found) == 0:  # each of those seen so far is as likely
+                if rng.integers(0, found) == 0:  # each of those seen so far is equally likely
                     chosen = end
         voxel = chosen
         for k in range(3):

@@ -10,7 +10,7 @@ from lawn_sb3.game.simulator import Simulator
 
 
 class ShortestPathPlayer:
-    """Every UAV picks uniformly at random among the moves after which it can still arrive after T_i^min slots.
+    """Every UAV picks uniformly at random from the moves after which it can still arrive after T_i^min slots.
 
     It reads q_i and d_i alone: no rate, no cell load, nothing of the other UAVs.
     """
@@ -18,24 +18,16 @@ class ShortestPathPlayer:
     name = "shortest-path"
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Keep the source of randomness.
-
-        :param simulator: the games
-        :param rng: source of the actions
-        """
+        """Keep the source of randomness."""
         self._rng = rng
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Draw the next actions.
-
-        :param simulator: the games
-        :return: indices into the action table [G, N]
-        """
+        """Draw the next actions [G, N]."""
         state, rules = simulator.state, simulator.rules
         ends = state.position[:, :, None] + rules.actions  # [G, N, A, 3]
         steps = np.abs(state.destination - state.position).sum(axis=-1)  # [G, N]
         steps_after = np.abs(state.destination[:, :, None] - ends).sum(axis=-1)  # [G, N, A]
-        # eq:tmin from the end of the move on: one slot less than from here.
+        # Eq. (8), eq:tmin, from the end of the move on: one slot less than from here.
         on_time = -(-steps_after // rules.max_voxel_steps) < -(-steps // rules.max_voxel_steps)[..., None]
         inside = moves_inside(state.position, rules.actions, rules.grid)
         draw = self._rng.random(on_time.shape)

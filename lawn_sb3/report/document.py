@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
-
 from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Recipe
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import save
 from lawn_sb3.report.table import Table
+
+JSON_FILE, PAGE_FILE = "report.json", "README.md"
+ENDINGS = (".md", ".csv", ".tex", ".png", ".pdf")
+"""Of the files of tables and figures."""
 
 
 @dataclass
@@ -22,20 +26,38 @@ class Report:
 
     :param recipe: the recipe it is about
     :param command: the command that makes it again
-    :param sections: headings of the page, with the names of the tables and figures under each
-    :param problems: one line for each file of a run that could not be used
+    :param sections: what it shows, in the order of the page
+    :param main: file name of the table that says most
+    :param main_title: what that table shows
+    :param problems: one line for each file of a run, or part of the report, that there is not
     :param summary: sentences for the top of the page
-    :param tables: tables by file name
-    :param figures: figures with their captions, by file name
     """
 
     recipe: Recipe
     command: str
-    sections: Mapping[str, tuple[str, ...]]
-    problems: list[str]
+    sections: Sequence[Section]
+    main: str
+    main_title: str
+    problems: list[str] = field(default_factory=list)
     summary: list[str] = field(default_factory=list)
-    tables: dict[str, Table] = field(default_factory=dict)
-    figures: dict[str, tuple[Figure, str]] = field(default_factory=dict)
+
+    @property
+    def title(self) -> str:
+        """Heading of the page."""
+        return self.recipe.title or self.recipe.name
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """Tables by file name."""
+        return {name: part for name, part in self._parts() if isinstance(part, Table)}
+
+    @property
+    def figures(self) -> dict[str, Picture]:
+        """Figures with their captions, by file name."""
+        return {name: part for name, part in self._parts() if isinstance(part, Picture)}
+
+    def _parts(self) -> list[tuple[str, Table | Picture]]:
+        return [part for section in self.sections for part in section.shown.items()]
 
 
 def write_report(report: Report, folder: Path) -> None:
@@ -47,14 +69,23 @@ def write_report(report: Report, folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in report.tables.items():
         table.save(folder, name)
-    for name, (figure, _) in report.figures.items():
-        save(figure, folder, name)
-    write_text(folder / "report.json", json.dumps(for_machines(report), indent=1, ensure_ascii=False) + "\n")
-    write_text(folder / "README.md", page(report))
-    made = {*report.tables, *report.figures}
-    for name in {name for names in report.sections.values() for name in names} - made:
-        for ending in ("md", "csv", "tex", "png", "pdf"):
-            (folder / f"{name}.{ending}").unlink(missing_ok=True)
+    for name, picture in report.figures.items():
+        save(picture.figure, folder, name)
+    gone = _names_of_earlier(folder) - {*report.tables, *report.figures}
+    for path in folder.iterdir():
+        if path.stem in gone and path.suffix in ENDINGS:
+            path.unlink()
+    write_text(folder / JSON_FILE, json.dumps(for_machines(report), indent=1, ensure_ascii=False) + "\n")
+    write_text(folder / PAGE_FILE, page(report))
+
+
+def _names_of_earlier(folder: Path) -> set[str]:
+    """The tables and figures of the report that the folder holds already."""
+    try:
+        earlier = json.loads((folder / JSON_FILE).read_text(encoding="utf-8"))
+        return {*earlier["tables"], *earlier["captions"]}
+    except (OSError, ValueError, KeyError, TypeError):  # none, or damaged
+        return set()
 
 
 def for_machines(report: Report) -> dict[str, Any]:
@@ -65,7 +96,7 @@ def for_machines(report: Report) -> dict[str, Any]:
     """
     recipe = report.recipe
     return {
-        "title": recipe.title or recipe.name,
+        "title": report.title,
         "command": report.command,
         "scenario": recipe.game().model_dump(mode="json"),
         "seeds": list(recipe.seeds),
@@ -76,7 +107,7 @@ def for_machines(report: Report) -> dict[str, Any]:
             name: json.loads(table.numbers.to_json(orient="records", double_precision=6))
             for name, table in report.tables.items()
         },
-        "captions": {name: caption for name, (_, caption) in report.figures.items()},
+        "captions": {name: picture.caption for name, picture in report.figures.items()},
     }
 
 
@@ -88,28 +119,21 @@ def page(report: Report) -> str:
     """
     recipe = report.recipe
     seeds = ", ".join(map(str, recipe.seeds))
-    parts = [
-        f"# {recipe.title or recipe.name}",
+    blocks = [
+        f"# {report.title}",
         f"Scenario `{recipe.game().title}`, seeds {seeds}, {recipe.evaluation.episodes} test episodes a seed. "
         f"All tables and figures here are made by `{report.command}`; each table is also there as CSV and LaTeX, each "
         "figure as PDF, and everything in `report.json`.",
         *report.summary,
     ]
     if report.problems:
-        parts += ["**Not in this report:**", "\n".join(f"- {problem}" for problem in report.problems)]
-    for heading, names in report.sections.items():
-        shown = [text for name in names for text in _shown(report, name)]
-        parts += [f"## {heading}", *shown] if shown else []
-    return "\n\n".join(parts) + "\n"
-
-
-def _shown(report: Report, name: str) -> list[str]:
-    """A table or figure with its caption; nothing if the runs do not give it."""
-    made_by = f"Made by `{report.command}`."
-    if name in report.tables:
-        table = report.tables[name]
-        return [table.as_markdown(), f"*{table.caption} {made_by}*"]
-    if name in report.figures:
-        caption = report.figures[name][1]
-        return [f"![{name.replace('_', ' ')}]({name}.png)", f"*{caption} {made_by}*"]
-    return []
+        blocks += ["**Not in this report:**", "\n".join(f"- {problem}" for problem in report.problems)]
+    for heading, sections in groupby(report.sections, key=lambda section: section.heading):
+        parts = [part for section in sections for part in section.shown.items()]
+        if parts:
+            blocks.append(f"## {heading}")
+        for name, part in parts:
+            picture = f"![{name.replace('_', ' ')}]({name}.png)"
+            blocks.append(part.as_markdown() if isinstance(part, Table) else picture)
+            blocks.append(f"*{part.caption} Made by `{report.command}`.*")
+    return "\n\n".join(blocks) + "\n"

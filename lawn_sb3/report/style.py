@@ -13,6 +13,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from lawn_sb3.results.statistics import Interval
+
 LineStyle = str | tuple[float, tuple[float, ...]]
 
 OKABE_ITO = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
@@ -62,6 +64,8 @@ LINES: dict[str, LineStyle] = {
 }
 """Players that plan are never solid; all other methods are."""
 MARKERS = "osD^vPX*<>hdp8H"
+ENV_STEPS = "env steps (joint slots of one game)"
+"""Label of an axis."""
 MOST_PANELS_A_ROW = 4
 MOST_ROWS = 3
 """With more panels than these rows hold, rows take one more."""
@@ -168,6 +172,17 @@ def panels(figure: Figure, count: int, width: float, height: float, xlabel: str,
         if k % columns == 0:
             ax.set_ylabel(ylabel)
     return axes[:count]
+
+
+def error_bars(interval: Interval) -> list[list[float]] | None:
+    """The bars of an interval as :meth:`Axes.errorbar` takes them; none if its bounds are unknown."""
+    value, low, high = interval
+    return [[value - low], [high - value]] if interval.is_known else None
+
+
+def in_thousands(ax: Axes) -> None:
+    """Write env steps on the x-axis as ``150K``."""
+    ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], column_inches: float) -> None:

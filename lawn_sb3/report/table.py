@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
 
 from lawn_sb3.experiment.provenance import write_text
+from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval
 
 IN_LATEX = {
@@ -99,6 +100,27 @@ class Table(NamedTuple):
         write_text(folder / f"{name}.tex", self.as_latex())
 
 
+def table_of(rows: Iterable[tuple[Mapping[str, object], Mapping[str, str]]], caption: str) -> Table:
+    """Make a table row by row.
+
+    :param rows: for each the numbers of its columns, and what a reader sees
+    :param caption: what it shows
+    :return: the table
+    """
+    rows = list(rows)
+    return Table(pd.DataFrame([numbers for numbers, _ in rows]), pd.DataFrame([shown for _, shown in rows]), caption)
+
+
+def sample_text(seeds: int, episodes: int) -> str:
+    """The sample behind a figure, such as ``5 × 200``: seeds by test episodes."""
+    return f"{seeds} × {episodes}"
+
+
+def sample_of(results: Results, method: str) -> str:
+    """The sample behind all of a method's evaluations; the method by its key in the recipe."""
+    return sample_text(len(results.seeds(method)), results.recipe.evaluation.episodes)
+
+
 def latex_text(text: str) -> str:
     """Write a text so that LaTeX prints it as it is.
 
@@ -128,5 +150,9 @@ def interval_texts(numbers: pd.DataFrame, name: str, decimals: int) -> list[str]
     :param decimals: digits after the point
     :return: such as ``3.43 [3.41, 3.45]``
     """
-    columns = (numbers[column] for column in (name, f"{name}_low", f"{name}_high"))
-    return [Interval(*values).text(decimals) for values in zip(*columns, strict=True)]
+    return [interval_of(row, name).text(decimals) for _, row in numbers.iterrows()]
+
+
+def interval_of(row: pd.Series, name: str) -> Interval:
+    """The interval that :func:`interval_columns` spread over a row."""
+    return Interval(*(float(row[column]) for column in (name, f"{name}_low", f"{name}_high")))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -11,33 +10,11 @@ import pandas as pd
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval, paired_t, probability_of_improvement
 
-
-class Quantity(NamedTuple):
-    """A figure whose change is an effect."""
-
-    symbol: str
-    unit: str
-    """Unit of a difference, with a space in front."""
-    level_unit: str
-    """Unit of the figure itself."""
-    decimals: int
-    axis: str
-    """What figures call it."""
-    more_is_better: bool
-
-
 SORTED_BY = "reward"
 MARK = " †"
 """Beside an effect whose interval leaves 0 out."""
-UNKNOWN = Interval(float("nan"), float("nan"), float("nan"))
-QUANTITIES = {
-    "reward": Quantity("J̄", "", "", 3, "reward $\\bar{J}$", True),
-    "success_percent": Quantity("success", " points", " %", 2, "success (points)", True),
-    "makespan_slots": Quantity("T̄", " slots", " slots", 2, "makespan $\\bar{T}$ (slots)", False),
-    "utility_mbps": Quantity("U", " Mbps", " Mbps", 2, "mean utility $U_i$ (Mbps)", True),
-    "collisions": Quantity("collisions", "", "", 3, "collisions a UAV", False),
-}
-"""The figures, as :func:`lawn_sb3.experiment.evaluation.summarize` names them."""
+EFFECTS = ("reward", "success_percent", "makespan_slots", "utility_mbps", "collisions")
+"""The quantities whose change is an effect."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +23,7 @@ class Pair:
 
     :param key: the method
     :param baseline: the method that it is an ablation of
-    :param own: means of the method's evaluations, one row a seed, with the columns of ``QUANTITIES``
+    :param own: means of the method's evaluations, one row a seed, with the columns of ``EFFECTS``
     :param other: the same of the default, with the same seeds in the same order
     """
 
@@ -63,7 +40,7 @@ class Pair:
     def differences(self, quantity: str) -> pd.Series:
         """Method minus default, seed by seed.
 
-        :param quantity: a key of ``QUANTITIES``
+        :param quantity: a key of ``EFFECTS``
         :return: one difference a seed, in the quantity's unit
         """
         return self.own[quantity] - self.other[quantity]
@@ -71,7 +48,7 @@ class Pair:
     def effect(self, quantity: str) -> Interval:
         """The mean of these differences.
 
-        :param quantity: a key of ``QUANTITIES``
+        :param quantity: a key of ``EFFECTS``
         :return: the mean with Student's t interval over seeds
         """
         return paired_t(self.own[quantity], self.other[quantity])
@@ -108,7 +85,7 @@ def pair_up(results: Results) -> dict[str, list[Pair]]:
     if not len(results.episodes):
         return {}
     by_seed = results.by_seed().set_index("seed")
-    figures = {key: rows[[*QUANTITIES]] for key, rows in by_seed.groupby("method")}
+    figures = {key: rows[[*EFFECTS]] for key, rows in by_seed.groupby("method")}
     methods = results.recipe.methods
     groups: dict[str, list[Pair]] = {key: [] for key in sorted(methods, key=lambda key: methods[key].algo != "mappo")}
     for key, baseline in _ablations(results).items():

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -13,17 +14,18 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import is_finished
 from lawn_sb3.experiment.evaluation import summarize
-from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.experiment.recipe import Cell, Method, Recipe, Scaling
 from lawn_sb3.results.run_files import (
     read_evaluation,
     read_paths,
     read_progress,
     read_regrets,
     read_sampled,
+    read_scaling,
     read_slots,
 )
 
-BESIDES = ("curves", "slots", "paths", "sampled", "regrets")
+BESIDES = ("curves", "slots", "paths", "sampled", "regrets", "scaling")
 """Tables of :class:`Results` that can be read besides the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
@@ -43,7 +45,8 @@ class Results:
     :param paths: rows of all ``paths.csv``
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
-    :param checks: what was flown for the claims alone, by name: its rows, or why it cannot be made
+    :param scaling: rows of all ``scaling.csv``
+    :param checks: what was flown besides the runs, by name: its rows, or why it cannot be made
     """
 
     recipe: Recipe
@@ -54,6 +57,7 @@ class Results:
     paths: pd.DataFrame = field(default_factory=pd.DataFrame)
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
+    scaling: pd.DataFrame = field(default_factory=pd.DataFrame)
     checks: dict[str, pd.DataFrame | str] = field(default_factory=dict)
 
     @property
@@ -116,7 +120,7 @@ class Results:
         """The values of one column of the evaluations, ready for statistics.
 
         :param method: its key in the recipe
-        :param name: the column, such as ``reward``
+        :param name: the column, such as ``reward``; ``success_percent`` is made of ``arrived``
         :param per: ``episode`` averages over the UAVs of an episode
         :return: values [S, E], or [S, E, N] per UAV: seeds, episodes and UAVs in ascending order
         :raises UserError: if the method has no results, or there is no such column
@@ -138,6 +142,8 @@ def score_matrix(
     """
     if not len(rows) or method not in set(rows["method"]):
         raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    if name == "success_percent":
+        return 100.0 * score_matrix(rows, method, "arrived", per)
     if name not in rows:
         raise unknown_name("column", name, rows.columns)
     own = rows[rows["method"] == method].sort_values(["seed", "episode", "uav"])
@@ -146,7 +152,7 @@ def score_matrix(
     return values if per == "uav" else values.mean(axis=-1)
 
 
-def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = BESIDES) -> Results:
+def read_results(recipe: Recipe, cells: Sequence[Cell], besides: Collection[str] = BESIDES) -> Results:
     """Read the runs of a recipe.
 
     :param recipe: the recipe
@@ -155,7 +161,8 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
     :return: what could be read, and what could not
     """
     results = Results(recipe)
-    wanted = [table for table in besides if table != "regrets" or recipe.regret]
+    asked_for = {"regrets": recipe.regret, "scaling": recipe.scaling is not None}
+    wanted = [table for table in besides if asked_for.get(table, True)]
     parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *wanted)}
     for cell in cells:
         if not (cell.directory / "config.yaml").exists():
@@ -165,7 +172,7 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(cell, wanted, results.problems).items():
+        for table, rows in _read_run(cell, recipe.scaling, wanted, results.problems).items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
@@ -174,7 +181,9 @@ def read_results(recipe: Recipe, cells: list[Cell], besides: Collection[str] = B
     return results
 
 
-def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:
+def _read_run(
+    cell: Cell, scaling: Scaling | None, besides: Collection[str], problems: list[str]
+) -> dict[str, pd.DataFrame]:
     """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
     tables: dict[str, pd.DataFrame] = {}
 
@@ -198,6 +207,8 @@ def _read_run(cell: Cell, besides: Collection[str], problems: list[str]) -> dict
             readers["sampled"] = lambda: read_sampled(cell, evaluation)
     if cell.method.player != BOUND:
         readers["regrets"] = lambda: read_regrets(cell, evaluation)
+    if scaling is not None and cell.key in scaling.methods:
+        readers["scaling"] = partial(read_scaling, cell, scaling)
     for table, read in readers.items():
         if table in besides:
             keep(table, read)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, SAMPLED_FILE
+from lawn_sb3.experiment.cell import FLIGHT_FILES, REGRET_FILE, SAMPLED_FILE, SCALING_FILE
 from lawn_sb3.experiment.evaluation import COLUMNS, PATH_COLUMNS
-from lawn_sb3.experiment.recipe import Cell, Evaluation
+from lawn_sb3.experiment.recipe import Cell, Evaluation, Scaling
 from lawn_sb3.experiment.regret import COLUMNS as REGRET_COLUMNS
 from lawn_sb3.experiment.regret_files import is_too_low
 from lawn_sb3.game.airspace import Missions, draw_missions
@@ -21,6 +23,11 @@ EPISODE_KEY = ["episode", "uav"]
 PATH_KEY = [*EPISODE_KEY, "slot"]
 TOLERANCE = 1e-6
 """Files keep nine digits."""
+SCALING_MEANS = (
+    "reward", "rate_mbps", "makespan_slots", "completion_slots", "utility_mbps", "success_percent", "collisions",
+    "welfare_mbps",
+)  # fmt: skip
+"""Columns of ``scaling.csv`` with means over the episodes."""
 
 
 def read_evaluation(cell: Cell, name: str = EVALUATION_FILE) -> pd.DataFrame:
@@ -160,6 +167,49 @@ def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
             f"a collision: its best response cannot be worth {row['best_mbps']:g}"
         )
     return rows
+
+
+def read_scaling(cell: Cell, scaling: Scaling) -> pd.DataFrame:
+    """Read what a run did among other numbers of UAVs.
+
+    :param cell: the cell of the run
+    :param scaling: what its recipe flies
+    :return: one row for each number of UAVs: ``num_uavs, episodes`` and the columns of ``SCALING_MEANS``
+    :raises UserError: if the file is not whole, or of other flights
+    """
+    slots = Allowed(1, cell.scenario.max_slots)
+    columns = {
+        "num_uavs": Allowed(1, whole=True),
+        "episodes": Allowed(1, whole=True),
+        **dict.fromkeys(SCALING_MEANS, Allowed()),
+        "rate_mbps": Allowed(0),
+        "makespan_slots": slots,
+        "completion_slots": slots,
+        "success_percent": Allowed(0, 100),
+        "utility_mbps": Allowed(0),
+        "welfare_mbps": Allowed(0),
+        "collisions": Allowed(0, cell.scenario.max_slots),
+    }
+    rows = read_table(cell.directory / SCALING_FILE, columns, len(scaling.num_uavs), ["num_uavs"])
+    flown = rows["num_uavs"].tolist()
+    if sorted(flown) != sorted(scaling.num_uavs):
+        raise UserError(f"{SCALING_FILE} is of {_listed(flown)} UAVs: must be {_listed(scaling.num_uavs)}")
+    episodes = sorted(set(rows["episodes"]))
+    if episodes != [scaling.episodes]:
+        raise UserError(f"{SCALING_FILE} is of {_listed(episodes)} episodes: must be {scaling.episodes}")
+    welfare = rows["utility_mbps"] * rows["num_uavs"]
+    wrong = (np.abs(rows["welfare_mbps"] - welfare) > TOLERANCE * (1.0 + welfare)).to_numpy()
+    if wrong.any():
+        at = int(wrong.argmax())
+        raise UserError(
+            f"{SCALING_FILE} line {at + 2}: welfare_mbps = {rows['welfare_mbps'].iloc[at]:g}: must be num_uavs times "
+            f"utility_mbps, {welfare.iloc[at]:g}"
+        )
+    return rows.sort_values("num_uavs", ignore_index=True)
+
+
+def _listed(numbers: Sequence[int]) -> str:
+    return ", ".join(map(str, numbers))
 
 
 def draw_test_missions(scenario: Scenario, evaluation: Evaluation) -> Missions:

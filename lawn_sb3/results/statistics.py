@@ -51,7 +51,15 @@ class Interval(NamedTuple):
         :return: such as ``3.43 [3.41, 3.45]``, or the value alone if its bounds are unknown
         """
         value, low, high = (f"{number:z.{decimals}f}" for number in self)
-        return value if np.isnan([self.low, self.high]).any() else f"{value} [{low}, {high}]"
+        return f"{value} [{low}, {high}]" if self.is_known else value
+
+    @property
+    def is_known(self) -> bool:
+        """Whether its bounds are."""
+        return not np.isnan([self.low, self.high]).any()
+
+
+UNKNOWN = Interval(float("nan"), float("nan"), float("nan"))
 
 
 def mean_interval(by_seed: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:

@@ -16,7 +16,7 @@ from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
 from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.envs.symmetry import EIGHT, turned
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.policies import find_policy
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 
@@ -90,10 +90,10 @@ def test_the_lowest_rung_does_not_look_at_the_loads() -> None:
         layers = EpisodeMAPPO(rung(name), games(rung(name)), **SETTINGS).policy.mlp_extractor
         seen = observations(rung(name), Simulator(PAPER, 5, seed=2))
         changed = seen.clone()
-        changed[:, layers.layout.cell_loads] += 0.5
+        changed[:, layers.encoder.layout.cell_loads] += 0.5
         assert th.equal(layers.forward_actor(seen), layers.forward_actor(changed)) != looks
         faster = seen.clone()
-        faster[:, layers.layout.ema_rate] += 0.5  # past loads show in the rate
+        faster[:, layers.encoder.layout.ema_rate] += 0.5  # past loads show in the rate
         assert th.equal(layers.forward_actor(seen), layers.forward_actor(faster)) != looks
 
 

@@ -17,11 +17,11 @@ from lawn_sb3.algos.qmix import QMIX
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.players import ModelPlayer, build_model
-from lawn_sb3.experiment.policies import find_policy
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.game import Simulator
-from lawn_sb3.planning.mean_field_fit import longest_mission
+from lawn_sb3.planning.mean_field.fit import longest_mission
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, random_play, scenarios
 
@@ -93,7 +93,7 @@ def test_values_of_late_moves_are_finite_and_never_a_target(name: str) -> None:
     obs = th.as_tensor(np.asarray(model.env.reset()))
     seen = obs[:, model.env.games[0].layout.seen(("clock",))]
     values = policy.q_net(seen)
-    allowed = policy.allowed(seen if name == "iql" else obs)
+    allowed = policy.allowed(seen)
     assert (values[~allowed] == FORBIDDEN).all()
     assert values[allowed].min() > FORBIDDEN / 2
     if name == "qmix":

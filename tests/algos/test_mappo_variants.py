@@ -69,7 +69,7 @@ def test_an_actor_with_memory_acts_on_what_it_saw_and_forgets_it_when_a_mission_
 
 
 def test_each_uav_is_answered_by_its_own_actor() -> None:
-    env = make_vec_env(SMALL, NUM_GAMES, seed=0, with_index=True)
+    env = make_vec_env(SMALL, NUM_GAMES, seed=0, extras=["index"])
     model = learner(SeparateActorsPolicy, env)
     flat = th.as_tensor(env.reset())
 
@@ -85,12 +85,13 @@ def test_each_uav_is_answered_by_its_own_actor() -> None:
     assert changed.numpy().tolist() == [[False, True]] * NUM_GAMES
 
 
-def test_the_index_follows_o_and_x_and_names_the_slots_uav() -> None:
-    plain, indexed = (make_vec_env(SMALL, 3, seed=0, with_index=chosen) for chosen in (False, True))
+def test_the_index_stands_between_o_and_x_and_names_the_slots_uav() -> None:
+    plain, indexed = (make_vec_env(SMALL, 3, seed=0, extras=extras) for extras in ((), ("index",)))
     layout = indexed.get_attr("layout", [0])[0]
-    rows = np.asarray(indexed.reset())
-    np.testing.assert_array_equal(rows[:, : layout.index.start], plain.reset())
-    np.testing.assert_array_equal(rows[:, layout.index], np.tile(np.eye(2), (3, 1)))
+    rows, columns = np.asarray(indexed.reset()), layout.extra("index")
+    assert (columns.start, columns.stop) == (layout.local.stop, layout.state.start)
+    np.testing.assert_array_equal(rows[:, columns], np.tile(np.eye(2), (3, 1)))
+    np.testing.assert_array_equal(np.delete(rows, columns, axis=1), plain.reset())
 
 
 def some_values(model: MAPPO, flat: np.ndarray) -> np.ndarray:

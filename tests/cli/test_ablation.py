@@ -25,11 +25,11 @@ from lawn_sb3.algos.mappo import CTDEPolicy
 class OwnPolicy(CTDEPolicy):
     """A critic that sees nothing but the loads."""
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        return flat[:, self.layout.{columns}]
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return local[:, self.layout.{columns}]
 '''
 READS_X = """
-    def seen(self, flat: th.Tensor) -> th.Tensor:
+    def actor_view(self, flat: th.Tensor) -> th.Tensor:
         return flat
 """
 

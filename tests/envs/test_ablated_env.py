@@ -7,7 +7,7 @@ import pytest
 
 from lawn_sb3.envs import make_vec_env
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.kernel import REWARD_TERMS
+from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS
 
 SHORT = PRESETS["paper"].changed(max_slots=6)

@@ -7,7 +7,7 @@ from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from lawn_sb3.envs import LawnEnv, Observer
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.kernel import REWARD_TERMS
+from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.envs.corridor import CORRIDOR, DESTINATIONS, ORIGINS, action
 
@@ -105,9 +105,9 @@ def test_reset_flies_the_missions_given_by_hand() -> None:
         ((ORIGINS + 0.5, DESTINATIONS), "whole voxel"),
         ((ORIGINS, DESTINATIONS + np.array([1, 0, 0])), "destinations of UAV 1 in game 0 .* outside the grid"),
         ((ORIGINS - np.array([1, 0, 0]), DESTINATIONS), "origins of UAV 0 in game 0 .* outside the grid"),
-        ((ORIGINS, [[0, 0, 0], [3, 0, 0]]), "UAV 0 in game 0 has its origin for a destination"),
+        ((ORIGINS, [[0, 0, 0], [3, 0, 0]]), "UAV 0 in game 0 has the same origin and destination"),
         ((ORIGINS * 0, DESTINATIONS), "share an origin"),
-        (([[0, 0, 0], [1, 0]], DESTINATIONS), "origins"),
+        (([[0, 0, 0], [1, 0]], DESTINATIONS), "origins have rows of unequal length"),
         (3, "expected a pair"),
     ],
 )

@@ -20,7 +20,7 @@ from lawn_sb3.experiment import checkpoint
 from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, is_finished, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
-from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.recipe import Cell, Method, cells, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.scenario import Scenario
 
@@ -161,8 +161,16 @@ def test_an_edited_policy_is_another_configuration(
     before = cell.fingerprint()
     path.write_text(source + "\n# another line\n", encoding="utf-8")
     assert cell.fingerprint() == before  # this process goes on with what it has imported
-    del sys.modules["policies.edited"]
+    monkeypatch.setattr("lawn_sb3.experiment.find_policy._DIGESTS", {})  # as in another process
     assert cell.fingerprint() != before
+    assert "policies.edited" not in sys.modules  # nothing is imported to tell
+
+
+@pytest.mark.parametrize("method", ["paper/iql", "paper/qmix", "paper/random", "ladder/clock", "ladder/taught"])
+def test_a_kept_run_of_an_earlier_version_counts_for_as_long_as_no_result_has_changed(method: str) -> None:
+    recipe, key = method.split("/")
+    kept = cells(load_recipe(REPOSITORY / "runs" / f"{recipe}.yaml"), REPOSITORY / "runs" / "reference" / recipe)
+    assert all(is_finished(cell) for cell in kept if cell.key == key)
 
 
 def test_a_run_made_with_other_settings_is_not_finished(small_cell: Cell) -> None:

@@ -35,6 +35,7 @@ def test_every_player_has_a_rung_and_nobody_is_heard_by_uavs_that_are_alone() ->
 
 
 def test_three_rungs_with_learners_make_a_ladder() -> None:
-    rungs = [learner(rung, policy=f"knows_{rung}", algo="mappo-episodes") for rung in ("loads", "clock", "state")]
+    rungs = {key: learner(key, policy=f"knows_{key}", algo="mappo-episodes") for key in ("loads", "clock", "state")}
     assert has_ladder(rungs)
-    assert not has_ladder([*rungs[:2], rungs[1], player("shortest-path"), player("forecast")])
+    players = {key: player(key) for key in ("shortest-path", "forecast", "welfare")}
+    assert not has_ladder({**rungs, **players, "state": rungs["clock"]})

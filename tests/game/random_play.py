@@ -10,7 +10,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lawn_sb3.game import Simulator
-from lawn_sb3.game.kernel import Outcome, State
+from lawn_sb3.game.state import Outcome, State
 from lawn_sb3.scenario import Scenario
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -18,7 +18,7 @@ GBS_GRIDS = [(1, 1), (1, 2), (2, 1), (2, 2), (1, 3), (5, 1)]
 
 
 @st.composite
-def scenarios(draw: st.DrawFn, **fixed: Any) -> Scenario:
+def scenarios(draw: st.DrawFn, /, **fixed: Any) -> Scenario:
     """Scenarios of up to 6 UAVs and 5 GBSs in up to 5 x 5 x 3 voxels, with all readings.
 
     Heights of GBSs and of the airspace's floor are whole voxels, so that no GBS lies on a voxel centre.

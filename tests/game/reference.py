@@ -62,7 +62,7 @@ class ReferenceGame:
         self.uavs = [self.fresh_uav(*mission) for mission in missions]
 
     def fresh_uav(self, origin: Voxel, destination: Voxel) -> Uav:
-        """A UAV at the start of a mission, with T_i^min of eq:tmin."""
+        """A UAV at the start of a mission, with T_i^min of Eq. (8)."""
         steps = sum(abs(o - d) for o, d in zip(origin, destination, strict=True))
         return Uav(origin, destination, min_slots=math.ceil(steps / self.scenario.max_voxel_steps))
 
@@ -81,9 +81,10 @@ class ReferenceGame:
         ]
 
     def moved(self, uav: Uav, displacement: Voxel) -> Voxel:
-        """eq:mobility, inside the airspace."""
+        """Eq. (3), inside the airspace."""
         wanted = tuple(q + a for q, a in zip(uav.position, displacement, strict=True))
-        inside = tuple(min(max(q, 0), size - 1) for q, size in zip(wanted, self.grid, strict=True))
+        x, y, z = (min(max(q, 0), size - 1) for q, size in zip(wanted, self.grid, strict=True))
+        inside = x, y, z
         if wanted != inside and self.scenario.out_of_bounds == "hover":
             return uav.position
         if self.scenario.arrival == "fly-through":
@@ -113,14 +114,14 @@ class ReferenceGame:
         return [cells.count(b) for b in range(len(self.sites))]
 
     def rate(self, uav: Uav) -> tuple[int, int, int, float]:
-        """Serving GBS, its load, RBs by eq:rb and rate in Mbps by eq:rate."""
+        """Serving GBS, its load, RBs by Eq. (1) and rate in Mbps by Eq. (2)."""
         b = self.cell(uav.position)
         load = self.loads()[b]
         rbs = self.rbs[b] // load
         return b, load, rbs, rbs * one_rb_mbps(self.scenario, self.distances_m(uav.position)[b])
 
     def collides(self, uav: Uav) -> bool:
-        """Whether eq:collision is violated at this UAV."""
+        """Whether Eq. (4) is violated at this UAV."""
         others = [other for other in self.uavs if other is not uav and self.in_airspace(other)]
         return any(other.position == uav.position for other in others)
 
@@ -182,7 +183,7 @@ def along_side(scenario: Scenario, count: int, side_m: float) -> list[float]:
 
 
 def one_rb_mbps(scenario: Scenario, distance_m: float) -> float:
-    """eq:rate for a single RB, with powers in watts."""
+    """Eq. (2) for a single RB, with powers in watts."""
     power_w = 10 ** ((scenario.tx_power_dbm - 30) / 10)
     gain = 10 ** (scenario.ref_gain_db / 10)
     noise_w = 10 ** ((scenario.noise_density_dbm_hz - 30) / 10) * scenario.rb_bandwidth_hz

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 from lawn_sb3.game import Missions, Simulator
-from lawn_sb3.game.kernel import Outcome
 from lawn_sb3.game.payoff import welfare
+from lawn_sb3.game.state import Outcome
 from lawn_sb3.scenario import Scenario
 
 LANE = Scenario(
@@ -56,7 +56,7 @@ def fly(simulator: Simulator, *steps: int) -> Outcome:
 
 
 def xs(simulator: Simulator) -> list[int]:
-    return simulator.state.position[0, :, 0].tolist()
+    return [int(x) for x in simulator.state.position[0, :, 0]]
 
 
 def test_a_whole_game_gives_what_is_worked_out_by_hand() -> None:
@@ -108,7 +108,7 @@ def test_each_gbs_shares_its_own_rbs() -> None:
     assert outcome.rate_mbps[0] == pytest.approx([8.0, 0.0, 0.0])
 
 
-# Collisions (eq:collision)
+# Collisions, Eq. (4)
 
 
 def test_uavs_that_swap_voxels_do_not_collide() -> None:
@@ -135,7 +135,7 @@ def test_games_do_not_collide_nor_share_with_each_other() -> None:
     assert outcome.cell_load.tolist() == [[1], [1]]
 
 
-# The deadline (eq:deadline): T_max = 4 slots
+# The deadline, Eq. (5): T_max = 4 slots
 
 
 def test_mission_fails_in_the_slot_of_the_deadline() -> None:

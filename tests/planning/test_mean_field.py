@@ -19,9 +19,9 @@ from lawn_sb3.planning import (
     MeanFieldPlayer,
     ShortestPathPlayer,
 )
-from lawn_sb3.planning.mean_field_fit import _join_each, longest_mission
-from lawn_sb3.planning.mean_field_sight import EXACT_SLOTS, Senses, bucket, images, keys_of, look
-from lawn_sb3.planning.mean_field_tables import find_finest
+from lawn_sb3.planning.mean_field.fit import _join_each, longest_mission
+from lawn_sb3.planning.mean_field.sight import EXACT_SLOTS, Senses, bucket, images, keys_of, look
+from lawn_sb3.planning.mean_field.tables import find_finest
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, random_play, scenarios
 from tests.planning.test_players import with_other_others

@@ -8,8 +8,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from lawn_sb3.game import Missions, Simulator
-from lawn_sb3.game.kernel import Rules, State
 from lawn_sb3.game.simulator import Snapshot
+from lawn_sb3.game.state import Rules, State
 from lawn_sb3.planning.plan import Plan
 from lawn_sb3.planning.routes import straight_routes
 from lawn_sb3.scenario import Scenario

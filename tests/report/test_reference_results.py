@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,82 +9,49 @@ import pytest
 
 from lawn_sb3.experiment.recipe import cells, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.report.document import Report
-from lawn_sb3.report.page import build_report
-from lawn_sb3.report.sections.ablation import build_ablation
-from lawn_sb3.results.results import Results
+from lawn_sb3.report.contents import build_report
+from lawn_sb3.report.document import Report, page
 
-REFERENCE = REPOSITORY / "runs" / "reference" / "paper"
+REFERENCE = Path("runs/reference")
+SEEDS = {"paper": 5, "ablation": 5, "ladder": 3}
 
 
-def made_anew(name: str, build: Callable[..., tuple[Report, Results]]) -> Report:
-    """The report of a recipe's kept results."""
+@pytest.fixture(scope="module", params=SEEDS)
+def report(request: pytest.FixtureRequest) -> Report:
+    """The report of a recipe's kept results, made anew."""
+    name = request.param
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(REPOSITORY)
         recipe = load_recipe(Path(f"runs/{name}.yaml"))
-        report, _ = build(recipe, cells(recipe, Path(f"runs/reference/{name}")), "command")
-    return report
-
-
-@pytest.fixture(scope="module")
-def report() -> Report:
-    """The report, made anew."""
-    return made_anew("paper", build_report)
+        command = f"lawn-sb3 report runs/{name}.yaml --runs runs/reference/{name}"
+        return build_report(recipe, cells(recipe, REFERENCE / name), command)
 
 
 def test_every_run_is_whole_and_of_the_recipe_as_it_is(report: Report) -> None:
     assert report.problems == []
-    assert len(report.recipe.seeds) == 5
+    assert len(report.recipe.seeds) == SEEDS[report.recipe.name]
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["table1", "table2", "comparison", "claims", "fairness", "sampling", "first_crossing", "anarchy", "regret"],
-)
-def test_the_kept_tables_are_those_that_this_code_makes(report: Report, name: str) -> None:
-    assert report.tables[name].as_markdown() + "\n" == (REFERENCE / "report" / f"{name}.md").read_text(encoding="utf-8")
+def test_the_kept_page_and_tables_are_those_that_this_code_makes(report: Report) -> None:
+    folder = REPOSITORY / REFERENCE / report.recipe.name / "report"
+    assert page(report) == (folder / "README.md").read_text(encoding="utf-8")
+    for name, table in report.tables.items():
+        assert table.as_markdown() + "\n" == (folder / f"{name}.md").read_text(encoding="utf-8"), name
+
+
+def test_what_is_kept_beside_the_page_is_on_it(report: Report) -> None:
+    folder = REPOSITORY / REFERENCE / report.recipe.name / "report"
+    kept = {path.stem for path in folder.iterdir()} - {"README", "report"}
+    assert kept == {*report.tables, *report.figures}
 
 
 def test_models_are_small_and_hold_arrays_alone() -> None:
-    models = sorted(REFERENCE.rglob("weights.npz"))
+    folder = REPOSITORY / REFERENCE / "paper"
+    models = sorted(folder.rglob("weights.npz"))
     assert len(models) == 6  # one for each method that learns
     for path in models:
         assert path.stat().st_size < 1_000_000
         with np.load(path, allow_pickle=False) as stored:
             assert all(stored[name].dtype.kind == "f" for name in stored.files)
-    assert not list(REFERENCE.rglob("*.zip"))
-    assert not list(REFERENCE.rglob("*.pt"))
-
-
-@pytest.fixture(scope="module")
-def ablation() -> Report:
-    """The report of the ablations, made anew."""
-    return made_anew("ablation", build_ablation)
-
-
-def test_every_ablation_is_whole_and_of_the_recipe_as_it_is(ablation: Report) -> None:
-    assert ablation.problems == []
-    assert len(ablation.recipe.seeds) == 5
-
-
-@pytest.mark.parametrize("name", ["effects", "learning_effects", "claims", "scaling"])
-def test_the_kept_tables_of_the_ablations_are_those_that_this_code_makes(ablation: Report, name: str) -> None:
-    kept = REPOSITORY / "runs" / "reference" / "ablation" / "report" / f"{name}.md"
-    assert ablation.tables[name].as_markdown() + "\n" == kept.read_text(encoding="utf-8")
-
-
-@pytest.fixture(scope="module")
-def ladder() -> Report:
-    """The report of the ladder, made anew."""
-    return made_anew("ladder", build_report)
-
-
-def test_every_rung_is_whole_and_of_the_recipe_as_it_is(ladder: Report) -> None:
-    assert ladder.problems == []
-    assert len(ladder.recipe.seeds) == 3
-
-
-@pytest.mark.parametrize("name", ["ladder_table", "table2", "claims", "regret"])
-def test_the_kept_tables_of_the_ladder_are_those_that_this_code_makes(ladder: Report, name: str) -> None:
-    kept = REPOSITORY / "runs" / "reference" / "ladder" / "report" / f"{name}.md"
-    assert ladder.tables[name].as_markdown() + "\n" == kept.read_text(encoding="utf-8")
+    assert not list(folder.rglob("*.zip"))
+    assert not list(folder.rglob("*.pt"))

@@ -16,8 +16,8 @@ from torch.nn import functional
 
 from lawn_sb3.envs.observation import LOAD_UNIT_UAVS, OWN, POSITION_UNIT_VOXELS, SLOT_UNIT, ObservationLayout, Sight
 from lawn_sb3.envs.symmetry import frames
-from lawn_sb3.game.kernel import MEMORY_SLOTS
 from lawn_sb3.game.radio import radio_map
+from lawn_sb3.game.state import MEMORY_SLOTS
 from lawn_sb3.scenario import Scenario
 
 Inputs = Literal["one-hot", "relative"]
@@ -74,7 +74,7 @@ class Encoder(nn.Module):
     def forward(self, seen: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
         """Encode.
 
-        :param seen: flat observations, or as many of their first columns as are seen [B, anything]
+        :param seen: local observations o_i and what else is seen [B, anything]
         :return: features [B, width], and the index of the turn [B]
         """
         layout = self.layout
@@ -104,6 +104,8 @@ class Encoder(nn.Module):
         if "intents" in self.sees:
             others = self.voxels(seen[:, layout.extra("intents")].reshape(len(seen), -1, 2, 3))
             parts += self.others(others, place, turn)
+        if "index" in self.sees:
+            parts.append(seen[:, layout.extra("index")])
         if "state" in self.sees:
             uavs = seen[:, layout.state][:, layout.state_uavs].reshape(len(seen), -1, OWN)
             parts.append(uavs[..., OWN - 2 :].flatten(1))  # T_min and EMA rate; the rest is in the intents
@@ -121,7 +123,7 @@ class Encoder(nn.Module):
     def turned_position(self, seen: th.Tensor, turn: th.Tensor) -> th.Tensor:
         """The own position after the turn.
 
-        :param seen: flat observations [B, anything]
+        :param seen: local observations o_i and what else is seen [B, anything]
         :param turn: the index of each row's turn [B]
         :return: in voxels [B, 3]
         """

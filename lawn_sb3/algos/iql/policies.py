@@ -7,8 +7,10 @@ from typing import Any
 
 import torch as th
 from gymnasium import spaces
+from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.type_aliases import PyTorchObs
+from stable_baselines3.dqn.policies import DQNPolicy
 from torch import nn
 
 from lawn_sb3.algos.iql.views import LearnerViews
@@ -57,6 +59,22 @@ class IndependentPolicy(BasePolicy):
             seen = self.views.observe(learner, observation)
             actions[self.views.slots(learner)] = policy(seen, deterministic=deterministic)
         return actions
+
+    def action_values(self, flat: th.Tensor) -> th.Tensor:
+        """Each UAV's own action values; of a learner with quantiles their mean.
+
+        :param flat: flat observations of whole games [G * N, flat_dim]
+        :return: action values [G * N, A]
+        """
+        answers = []
+        for learner, policy in enumerate(self.learners):
+            seen = self.views.observe(learner, flat)
+            if isinstance(policy, QRDQNPolicy):
+                answers.append(policy.quantile_net(seen).mean(dim=1))
+            else:
+                assert isinstance(policy, DQNPolicy)
+                answers.append(policy.q_net(seen))
+        return th.stack(answers, dim=1).flatten(0, 1)  # row g * N + i is UAV i of game g
 
     def allowed(self, flat: th.Tensor) -> th.Tensor | None:
         """Which moves may be taken at all, where the learners' policies say so.

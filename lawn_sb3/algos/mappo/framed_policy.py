@@ -6,6 +6,7 @@ the clock, and all others as they lie around the UAV.
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import Any, ClassVar
 
 import torch as th
@@ -34,13 +35,11 @@ class FramedLayers(nn.Module):
         self, policy: FramedPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
     ) -> None:
         super().__init__()
-        self.layout, self.sees = policy.layout, policy.sees
-        options: dict[str, Any] = {"symmetric": policy.symmetric, "inputs": policy.inputs}
-        self.encoder = Encoder(policy.scenario, self.layout, self.sees, policy.looks_at_loads, **options)
-        clock: list[Sight] = [extra for extra in self.layout.extras if extra == "clock"]
-        self.critic_encoder = Encoder(policy.scenario, self.layout, clock, **options)
+        # Bound methods in a plain tuple: the policy must not become a submodule of its own part.
+        self._views = (policy.actor_view, policy.critic_view)
+        self.encoder = policy.make_encoder(policy.sees, policy.looks_at_loads)
         self.policy_net = nn.Sequential(*create_mlp(self.encoder.width, num_actions, net_arch["pi"], activation_fn))
-        probe = self.critic_input(th.zeros(1, self.layout.flat_dim))
+        probe = self._views[1](th.zeros(1, policy.layout.flat_dim))
         self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
         self.latent_dim_pi, self.latent_dim_vf = num_actions, net_arch["vf"][-1]
         self.max_slots = policy.scenario.max_slots
@@ -60,7 +59,7 @@ class FramedLayers(nn.Module):
         :param flat: flat observations [B, flat_dim]
         :return: logits [B, A]
         """
-        seen = flat[:, self.layout.seen(self.sees)]
+        seen = self._views[0](flat)
         features, turn = self.encoder(seen)
         logits = self.encoder.turn_back(self.policy_net(features), turn)
         if self.reluctance is None:
@@ -73,27 +72,8 @@ class FramedLayers(nn.Module):
         :param flat: flat observations [B, flat_dim]
         :return: its features [B, latent_dim_vf]
         """
-        features: th.Tensor = self.value_net(self.critic_input(flat))
+        features: th.Tensor = self.value_net(self._views[1](flat))
         return features
-
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        """What the critic sees: o_i, the clock, and the others as they lie around the UAV.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: features [B, anything]
-        """
-        encoder = self.critic_encoder
-        own: th.Tensor
-        own, turn = encoder(flat)
-        if self.layout.num_uavs == 1:
-            return own
-        uavs = flat[:, self.layout.state][:, self.layout.state_uavs].reshape(len(flat), -1, OWN)
-        itself = (uavs == flat[:, None, :OWN]).all(dim=-1).long().argmax(dim=1, keepdim=True)
-        others = (itself + th.arange(1, self.layout.num_uavs, device=flat.device)) % self.layout.num_uavs  # [B, N - 1]
-        rows = th.arange(len(flat), device=flat.device)[:, None]
-        places = encoder.voxels(uavs[rows, others, :6].reshape(len(flat), -1, 2, 3))
-        place = encoder.turned_position(flat, turn)
-        return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 
 
 class FramedPolicy(MaskableCTDEPolicy):
@@ -132,18 +112,40 @@ class FramedPolicy(MaskableCTDEPolicy):
         self.scenario, self.symmetric, self.inputs, self.reluctance = scenario, symmetric, inputs, reluctance
         super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        """What the critic sees, encoded.
+    def make_encoder(self, sees: Collection[Sight], loads: bool = True) -> Encoder:
+        """How what is seen is put to a network.
 
-        :param flat: flat observations [B, flat_dim]
+        :param sees: what is seen besides o_i
+        :param loads: whether the cell loads are looked at, and the EMA rate that they leave
+        :return: the encoder
+        """
+        return Encoder(self.scenario, self.layout, sees, loads, symmetric=self.symmetric, inputs=self.inputs)
+
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        """What the critic sees: o_i, the clock if the actor sees it, and the others as they lie around the UAV.
+
+        :param local: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
+        :param state: global states x [B, state_dim]
         :return: the critic's input [B, anything]
         """
-        seen: th.Tensor = self.mlp_extractor.critic_input(flat)
-        return seen
+        encoder, layout = self.critic_encoder, self.layout
+        own: th.Tensor
+        own, turn = encoder(local)
+        if layout.num_uavs == 1:
+            return own
+        uavs = state[:, layout.state_uavs].reshape(len(state), -1, OWN)
+        itself = (uavs == local[:, None, :OWN]).all(dim=-1).long().argmax(dim=1, keepdim=True)
+        others = (itself + th.arange(1, layout.num_uavs, device=local.device)) % layout.num_uavs  # [B, N - 1]
+        rows = th.arange(len(local), device=local.device)[:, None]
+        places = encoder.voxels(uavs[rows, others, :6].reshape(len(local), -1, 2, 3))
+        place = encoder.turned_position(local, turn)
+        return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.net_arch, dict)
         assert isinstance(self.action_space, spaces.Discrete)
+        clock: list[Sight] = [extra for extra in self.layout.extras if extra == "clock"]
+        self.critic_encoder = self.make_encoder(clock)
         num_actions = int(self.action_space.n)
         self.mlp_extractor = FramedLayers(self, self.net_arch, self.activation_fn, num_actions)
 

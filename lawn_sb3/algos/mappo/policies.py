@@ -1,6 +1,7 @@
 """Actor-critics for centralised training and decentralised execution: the actor sees o_i.
 
-What the critic sees is for a subclass to say.
+What the critic sees is for a subclass to say. The flat observation is cut up here, for all of them: a subclass is
+handed what its actor may see, and for its critic x besides.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class ActorCriticExtractor(nn.Module):
     def __init__(self, policy: CTDEViews, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
         super().__init__()
         # A bound method in a plain tuple: the policy must not become a submodule of its own part.
-        self._views = (policy.seen, policy.critic_input)
+        self._views = (policy.actor_view, policy.critic_view)
         probe = th.zeros(1, policy.layout.flat_dim)
         pi = [self._views[0](probe).shape[1], *net_arch["pi"]]
         vf = [self._views[1](probe).shape[1], *net_arch["vf"]]
@@ -81,8 +82,6 @@ class CTDEViews(BasePolicy):
     :param kwargs: what else that actor-critic takes
     """
 
-    needs_index: ClassVar[bool] = False
-    """Whether the flat observation is to hold the UAV's index too."""
     sees: ClassVar[tuple[Sight, ...]] = ()
     """What the actor sees besides o_i; nothing else can reach it."""
 
@@ -110,17 +109,21 @@ class CTDEViews(BasePolicy):
         super().__init__(observation_space, action_space, lr_schedule, widths, activation_fn, **kwargs)
         self.value_net = NormalizedValueHead(self.value_net)
 
-    def seen(self, flat: th.Tensor) -> th.Tensor:
+    def actor_view(self, flat: th.Tensor) -> th.Tensor:
         """The actor's input, made by :meth:`actor_input` of the columns that the policy says it sees.
 
         :param flat: flat observations [B, flat_dim]
         :return: the actor's input [B, anything]
         """
-        if not self.needs_index:
-            return self.actor_input(flat[:, self.layout.seen(self.sees)])
-        without_state = flat.clone()  # the index lies behind x
-        without_state[:, self.layout.state] = 0.0
-        return self.actor_input(without_state)
+        return self.actor_input(flat[:, self.layout.seen(self.sees)])
+
+    def critic_view(self, flat: th.Tensor) -> th.Tensor:
+        """The critic's input, made by :meth:`critic_input` of the same columns and of x.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: the critic's input [B, anything]
+        """
+        return self.critic_input(flat[:, self.layout.seen(self.sees)], flat[:, self.layout.state])
 
     def actor_input(self, local: th.Tensor) -> th.Tensor:
         """What the actor makes of what it sees: all of it, as it is.
@@ -130,10 +133,11 @@ class CTDEViews(BasePolicy):
         """
         return local
 
-    def critic_input(self, flat: th.Tensor) -> th.Tensor:
-        """What the critic sees.
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        """What the critic makes of what the actor sees and of x.
 
-        :param flat: flat observations [B, flat_dim]
+        :param local: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
+        :param state: global states x [B, state_dim]
         :return: the critic's input [B, anything]
         """
         raise NotImplementedError(f"{type(self).__name__} does not say what its critic sees: override critic_input")

@@ -83,8 +83,8 @@ class RecurrentCTDEPolicy(CTDEViews, RecurrentActorCriticPolicy):
         kwargs |= {"share_features_extractor": False, "enable_critic_lstm": False}
         super().__init__(observation_space, action_space, lr_schedule, layout, net_arch, **kwargs)
         # sb3-contrib gives both networks the same features; here each has its own view.
-        self.pi_features_extractor = View(observation_space, self.seen)
-        self.vf_features_extractor = View(observation_space, self.critic_input)
+        self.pi_features_extractor = View(observation_space, self.actor_view)
+        self.vf_features_extractor = View(observation_space, self.critic_view)
         layers, _, units = self.lstm_hidden_state_shape
         self.lstm_actor = nn.LSTM(self.pi_features_extractor.features_dim, units, layers, **self.lstm_kwargs)
         self.critic = nn.Identity()  # type: ignore[assignment]
@@ -92,5 +92,5 @@ class RecurrentCTDEPolicy(CTDEViews, RecurrentActorCriticPolicy):
 
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.net_arch, dict)
-        critic_dim = self.critic_input(th.zeros(1, self.layout.flat_dim)).shape[1]
+        critic_dim = self.critic_view(th.zeros(1, self.layout.flat_dim)).shape[1]
         self.mlp_extractor = LayersAfterMemory(self.lstm_output_dim, critic_dim, self.net_arch, self.activation_fn)

@@ -77,10 +77,27 @@ class QMIXPolicy(BasePolicy):
         seen = self.layout.seen(self.sees)
         return nn.Sequential(*create_mlp(seen.stop, num_actions, self.net_arch, self.activation_fn))
 
-    def allowed(self, flat: th.Tensor) -> th.Tensor | None:
-        """Which moves may be taken at all, where the policy says so.
+    def seen(self, flat: th.Tensor) -> th.Tensor:
+        """The columns that the policy says it sees: the Q-network is handed these alone.
 
         :param flat: flat observations [B, flat_dim]
+        :return: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
+        """
+        return flat[:, self.layout.seen(self.sees)]
+
+    def action_values(self, flat: th.Tensor) -> th.Tensor:
+        """Each UAV's own Qs.
+
+        :param flat: flat observations [B, flat_dim]
+        :return: action values [B, A]
+        """
+        values: th.Tensor = self.q_net(self.seen(flat))
+        return values
+
+    def allowed(self, local: th.Tensor) -> th.Tensor | None:
+        """Which moves may be taken at all, where the policy says so.
+
+        :param local: local observations and what else is seen [B, at least local_dim]
         :return: true for such a move [B, A]; none if all may
         """
         return None
@@ -149,8 +166,7 @@ class QMIXPolicy(BasePolicy):
 
     def _predict(self, observation: PyTorchObs, deterministic: bool = False) -> th.Tensor:
         assert isinstance(observation, th.Tensor)
-        greedy: th.Tensor = self.q_net(observation[:, self.layout.seen(self.sees)]).argmax(dim=1)
-        return greedy
+        return self.action_values(observation).argmax(dim=1)
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
         return {
@@ -207,14 +223,14 @@ class InTimeQMIXPolicy(QMIXPolicy):
         hidden = nn.Sequential(*create_mlp(encoder.width, num_actions, self.net_arch, self.activation_fn))
         return InTimeQ(encoder, hidden, self.scenario.max_slots, self.slack)
 
-    def allowed(self, flat: th.Tensor) -> th.Tensor:
+    def allowed(self, local: th.Tensor) -> th.Tensor:
         """Which moves are in time.
 
-        :param flat: flat observations [B, flat_dim]
+        :param local: local observations and what else is seen [B, at least local_dim]
         :return: true for such a move [B, A]
         """
         q_net: Any = self.q_net
-        moves: th.Tensor = q_net.allowed(flat[:, self.layout.seen(self.sees)])
+        moves: th.Tensor = q_net.allowed(local)
         return moves
 
     def _get_constructor_parameters(self) -> dict[str, Any]:

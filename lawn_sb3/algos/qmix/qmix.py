@@ -204,7 +204,8 @@ class QMIX(OffPolicyAlgorithm):
     def _explore(self, observation: NDArray[Any], actions: NDArray[Any], rate: float) -> NDArray[Any]:
         """Replace each action by a random one, of those that the policy allows, with the given chance."""
         assert isinstance(self.action_space, spaces.Discrete)
-        allowed = self.policy.allowed(th.as_tensor(observation).reshape(-1, observation.shape[-1]))
+        flat = th.as_tensor(observation).reshape(-1, observation.shape[-1])
+        allowed = self.policy.allowed(self.policy.seen(flat))
         if allowed is None:
             other = np.random.randint(self.action_space.n, size=actions.shape)
         else:

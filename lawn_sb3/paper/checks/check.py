@@ -34,7 +34,7 @@ class Check(ABC):
         :param finished: the cells whose runs are finished
         :return: true if it does
         """
-        return not has_ladder({cell.key: cell.method for cell in finished}.values())
+        return not has_ladder({cell.key: cell.method for cell in finished})
 
     def depends_on(self, recipe: Recipe, finished: Sequence[Cell]) -> dict[str, Any]:
         """What the rows depend on besides game and missions: with anything else they are stale.

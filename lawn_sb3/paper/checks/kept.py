@@ -14,11 +14,10 @@ import torch as th
 from rich.console import Console
 from rich.progress import track
 
-import lawn_sb3
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import is_finished, write_rows
 from lawn_sb3.experiment.provenance import provenance, write_json
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import RESULTS_SINCE, Cell, Recipe
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.paper.checks.deviation_cycles import DeviationCycles
 from lawn_sb3.paper.checks.guaranteed import Guaranteed
@@ -101,7 +100,7 @@ def _fingerprint(check: Check, recipe: Recipe, finished: Sequence[Cell]) -> str:
         "scenario": check.game(recipe).model_dump(mode="json", exclude_defaults=True),
         "episodes": recipe.evaluation.episodes,
         "seed": recipe.evaluation.seed,
-        "version": lawn_sb3.__version__,
+        "version": RESULTS_SINCE,
         **check.depends_on(recipe, finished),
     }
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]

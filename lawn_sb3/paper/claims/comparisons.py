@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import (
-    QUANTITIES,
+from lawn_sb3.paper.claims.rule_parts import (
     combine,
     counted,
     difference,
+    in_words,
     is_positive,
     join,
     printed_difference,
@@ -33,7 +33,7 @@ def better_than(
     :param sizeable: leads below a tenth of the paper's make it partly
     :return: the finding
     """
-    symbol, unit, decimals, *_ = QUANTITIES[quantity]
+    symbol, unit, decimals = in_words(quantity)
     sign = -1.0 if lower else 1.0
     figures, best, small, notes = [], [], [], []
     for role in of:
@@ -64,7 +64,7 @@ def better_than(
 )
 def rate_comparable(evidence: Evidence) -> Finding:
     """Whether the rates differ by no more than they do in the paper."""
-    symbol, unit, decimals, *_ = QUANTITIES["rate_mbps"]
+    symbol, unit, decimals = in_words("rate_mbps")
     rival, margin = evidence.label("qmix"), 0.0
     figures, within = [], []
     for role in FORMS:
@@ -94,7 +94,7 @@ def rate_comparable(evidence: Evidence) -> Finding:
 )
 def loads_suffice(evidence: Evidence) -> Finding:
     """Whether being told the loads is of use, and being told more is not; partly if more is of more use."""
-    symbol, unit, decimals, *_ = QUANTITIES["utility_mbps"]
+    symbol, unit, decimals = in_words("utility_mbps")
     use, more = (
         difference(evidence, "utility_mbps", role, other)
         for role, other in (("knows-loads", "knows-nothing"), ("knows-destinations", "knows-loads"))

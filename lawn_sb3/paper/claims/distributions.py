@@ -13,7 +13,7 @@ from scipy.stats import spearmanr
 from lawn_sb3.game.fairness import gini
 from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import combine, counted, difference, higher, is_positive, known, seed_difference
+from lawn_sb3.paper.claims.rule_parts import combine, counted, difference, higher, is_positive, known, seed_difference
 from lawn_sb3.paper.roles import FORMS
 from lawn_sb3.results.statistics import mean_interval
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lawn_sb3.paper.claims.claim import Finding, claim
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import combine, scores
+from lawn_sb3.paper.claims.rule_parts import combine
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.paper.roles import FORMS
 from lawn_sb3.paper.standard_error import RULED_OUT_Z, standard_error
@@ -65,6 +65,6 @@ def _own_rate(evidence: Evidence, at_least_mbps: float) -> str:
     """End of a sentence: whether our own runs of IQL show the rate that is explained."""
     if "iql" not in evidence.roles:
         return "."
-    rate, success = (float(scores(evidence, "iql", name).mean()) for name in ("rate_mbps", "success_percent"))
+    rate, success = (float(evidence.scores("iql", name).mean()) for name in ("rate_mbps", "success_percent"))
     shown = "shows the rate" if rate >= at_least_mbps else "does not show it"
     return f"; our own {evidence.label('iql')} {shown}: R̂ {rate:.1f} Mbps, success {success:.1f} %."

@@ -5,14 +5,13 @@ from __future__ import annotations
 from lawn_sb3.game.fairness import gini
 from lawn_sb3.paper.claims.claim import Finding, Verdict, claim
 from lawn_sb3.paper.claims.evidence import Evidence
-from lawn_sb3.paper.claims.verdicts import (
-    QUANTITIES,
+from lawn_sb3.paper.claims.rule_parts import (
     TINY,
     combine,
     difference,
+    in_words,
     is_positive,
     join,
-    scores,
     seed_difference,
 )
 from lawn_sb3.paper.roles import FORMS
@@ -59,8 +58,8 @@ def congestion_game(evidence: Evidence) -> Finding:
 )
 def welfare_maximising(evidence: Evidence) -> Finding:
     """Whether a policy earns no less than a planner, who finds no more than a lower bound of the largest welfare."""
-    symbol, unit, decimals, *_ = QUANTITIES["utility_mbps"]
-    reached = scores(evidence, "welfare", "utility_mbps").mean()
+    symbol, unit, decimals = in_words("utility_mbps")
+    reached = evidence.scores("welfare", "utility_mbps").mean()
     figures, less = [f"{evidence.label('welfare')}: {symbol} {reached:.{decimals}f}{unit}"], []
     for role in FORMS:
         found = difference(evidence, "utility_mbps", role, "welfare")

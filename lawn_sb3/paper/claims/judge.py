@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from lawn_sb3.errors import UserError
 from lawn_sb3.paper.claims.claim import Claim, Finding, Judged
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import sentence
+from lawn_sb3.paper.claims.rule_parts import sentence
 
 
 def judge(claim: Claim, evidence: Evidence) -> Finding:

@@ -9,7 +9,7 @@ from lawn_sb3.game.payoff import corrected_rate, ema_rate
 from lawn_sb3.game.radio import rate_unit_mbps, rb_share
 from lawn_sb3.paper.claims.claim import Finding, claim
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import combine, counted, join
+from lawn_sb3.paper.claims.rule_parts import combine, counted, join
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
 from lawn_sb3.paper.standard_error import RULED_OUT_Z, standard_error
 from lawn_sb3.scenario import PRESETS

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
-from lawn_sb3.paper.claims.verdicts import QUANTITIES, by_seed, combine, counted, join, known, scores, sentence
+from lawn_sb3.paper.claims.rule_parts import by_seed, combine, counted, in_words, join, known, sentence
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II, TEST_EPISODES, PaperRow
 from lawn_sb3.paper.roles import FORMS
 from lawn_sb3.paper.standard_error import RULED_OUT_Z
@@ -44,7 +44,7 @@ def agrees_with_row(evidence: Evidence, role: str) -> Finding:
     row = printed_row(evidence, role)
     figures, agree, far = [], [], []
     for quantity, printed in row._asdict().items():
-        symbol, own = QUANTITIES[quantity].symbol, scores(evidence, role, quantity)  # [S, E]
+        symbol, own = in_words(quantity)[0], evidence.scores(role, quantity)  # [S, E]
         found = known(mean_interval(own.mean(axis=1)))
         away = found.value - printed
         figures.append(f"{symbol} {found.text(2)} (paper {printed:g})")
@@ -118,7 +118,7 @@ def time_ratio(evidence: Evidence) -> Finding:
 def random_flat(evidence: Evidence) -> Finding:
     """Whether Random, which does not learn and so has no learning curve, gets much the same with every seed."""
     within = 5.0
-    symbol, unit, decimals, *_ = QUANTITIES["success_percent"]
+    symbol, unit, decimals = in_words("success_percent")
     found = known(by_seed(evidence, "random", "success_percent"))
     width = found.high - found.low
     return Finding(
@@ -139,7 +139,7 @@ def random_flat(evidence: Evidence) -> Finding:
 def perfect_success(evidence: Evidence) -> Finding:
     """Whether success is 100 % at the precision of print."""
     at_least = 100.0
-    symbol, _, decimals, *_ = QUANTITIES["success_percent"]
+    symbol, _, decimals = in_words("success_percent")
     figures, held = [], []
     for role in FORMS:
         found = by_seed(evidence, role, "success_percent")

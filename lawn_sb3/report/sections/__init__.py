@@ -1,1 +1,12 @@
-"""The sections of a report, one file each."""
+"""The sections of the reports, one file each.
+
+To add a figure or a table, write one file here with one function::
+
+    def section(results: Results) -> Section | None:
+        return Section("Its heading", {"file_name": Picture(figure, caption), "other_name": table})
+
+It reads what the runs left (:class:`lawn_sb3.results.results.Results`) and returns None where they do not give it. Then
+name it in one of the lists of :mod:`lawn_sb3.report.contents`, at its place on the page: next to another one with the
+same heading, it stands under that. Colours, markers and legends are in :mod:`lawn_sb3.report.style`, tables in
+:mod:`lawn_sb3.report.table`; headings, units and digits of the quantities in :mod:`lawn_sb3.results.quantities`.
+"""

@@ -9,12 +9,18 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.game.payoff import welfare
-from lawn_sb3.report.sections.regret import is_equilibrium
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.sections.stability import HEADING, is_equilibrium
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.attainable import attainable
 from lawn_sb3.results.results import EQUILIBRIA, Results, score_matrix
 
 Floats = NDArray[np.float64]
+
+
+def section(results: Results) -> Section:
+    """The price of anarchy, where equilibria were certified."""
+    return Section(HEADING, {"anarchy": anarchy(results)})
 
 
 class Welfares(NamedTuple):

@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
-import pandas as pd
-
-from lawn_sb3.report.sections.table_two import size
-from lawn_sb3.report.table import Table
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.sections.table_two import HEADING
+from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import interquartile_mean, paired_difference, probability_of_improvement
+from lawn_sb3.results.statistics import UNKNOWN, interquartile_mean, paired_difference, probability_of_improvement
 
 BASES = ("state_critic", "centralized_critic")
 """Policies of the method that others are held against, the first there is: the paper's own critic."""
+COMPARED = ("reward", "utility_mbps")
 
-QUANTITIES = {"reward": ("J̄", 3), "utility_mbps": ("U (Mbps)", 2)}
-"""Column of the raw rows: its heading and decimals."""
+
+def section(results: Results) -> Section | None:
+    """The comparison with CTDE-MAPPO."""
+    joint = results.without_bound()
+    base = base_method(joint)
+    return None if base is None else Section(HEADING, {"comparison": comparison(joint, base)})
 
 
 def base_method(results: Results) -> str | None:
@@ -37,25 +41,23 @@ def comparison(results: Results, base: str) -> Table:
     :param base: key of the method that the others are held against
     :return: one row a method
     """
-    numbers, shown = [], []
+    rows = []
     for key, method in results.methods.items():
         row: dict[str, object] = {"method": method.label, "key": key}
         cells = {"Method": method.label}
-        for name, (heading, decimals) in QUANTITIES.items():
+        for name in COMPARED:
+            quantity = QUANTITIES[name]
             own, others = results.scores(key, name), results.scores(base, name)
-            figures = {
-                f"{name}_iqm": (f"IQM {heading}", interquartile_mean(own), decimals),
-                f"{name}_difference": (f"Δ {heading}", paired_difference(own, others), decimals),
-                f"{name}_improvement": (f"P(better {heading.split()[0]})", probability_of_improvement(own, others), 2),
-            }
-            for column, (title, found, digits) in figures.items():
+            difference, better = paired_difference(own, others), probability_of_improvement(own, others)
+            for column, heading, found, decimals in (
+                (f"{name}_iqm", f"IQM {quantity.heading}", interquartile_mean(own), quantity.fine_decimals),
+                (f"{name}_difference", quantity.difference_heading, difference, quantity.fine_decimals),
+                (f"{name}_improvement", f"P(better {quantity.symbol})", better, 2),
+            ):
                 itself = key == base and not column.endswith("iqm")
-                row |= dict(zip((column, f"{column}_low", f"{column}_high"), found, strict=True))
-                cells[title] = "–" if itself else found.text(digits)
-                if itself:
-                    row |= dict.fromkeys((column, f"{column}_low", f"{column}_high"), np.nan)
-        numbers.append(row)
-        shown.append({**cells, "n": size(results, key)})
+                row |= interval_columns({column: UNKNOWN if itself else found})
+                cells[heading] = "–" if itself else found.text(decimals)
+        rows.append((row, {**cells, "n": sample_of(results, key)}))
     label = results.methods[base].label
     caption = (
         f"IQM: mean of the middle half of all scores of seeds and missions. Δ: difference to {label} on the same "
@@ -63,4 +65,4 @@ def comparison(results: Results, base: str) -> Table:
         "ties counted half. In brackets 95 % bootstrap intervals over seeds, missions held fixed; with five seeds they "
         "hold the true value in about five of six cases. n: seeds × test episodes."
     )
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption)
+    return table_of(rows, caption)

@@ -9,8 +9,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from lawn_sb3.report.cdf import planners
-from lawn_sb3.report.sections.fairness import fairness
-from lawn_sb3.report.style import colours, legend_below, markers, use_house_style
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.sections.fairness_table import HEADING, fairness
+from lawn_sb3.report.style import colours, error_bars, legend_below, markers, use_house_style
+from lawn_sb3.report.table import interval_of
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
 PANELS = {"jain": "Jain index of an episode's utilities", "worst_mbps": "utility of the worst UAV (Mbps)"}
@@ -21,6 +24,14 @@ WEIGHTS = np.linspace(0.0, 1.0, 41)
 FRONTIER = "Picked from all flights"
 FAR_OFF = 0.5
 """A method with less than this share of the highest mean utility would squeeze all others into a corner."""
+
+
+def section(results: Results) -> Section | None:
+    """Fairness against welfare of all methods whose UAVs meet."""
+    joint = results.without_bound()
+    if not joint.methods:
+        return None
+    return Section(HEADING, {"fairness_tradeoff": Picture(fairness_tradeoff(joint), caption(joint))})
 
 
 def drawn(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
@@ -65,7 +76,7 @@ def fairness_tradeoff(results: Results) -> Figure:
     for k, numbers in enumerate(rows):
         for ax, letter, (column, text) in zip(axes[k], "ab", PANELS.items(), strict=True):
             _draw(ax, results, numbers, column)
-            ax.set(xlabel="mean utility $U_i$ (Mbps)", ylabel=text, title=f"({letter}){CLOSER if k else ''}")
+            ax.set(xlabel=QUANTITIES["utility_mbps"].axis_label, ylabel=text, title=f"({letter}){CLOSER if k else ''}")
     (line,) = axes[0, 1].plot(*frontier(results).T, color="0.2", linewidth=1.5, zorder=1)
     handles = [*axes[0, 0].get_legend_handles_labels()[0], line]
     line.set_label(FRONTIER)
@@ -84,10 +95,7 @@ def _draw(ax: Axes, results: Results, numbers: pd.DataFrame, column: str) -> Non
     palette, looks = colours(results.recipe.methods), markers(results.recipe.methods)
     for _, row in numbers.iterrows():
         key, x, y = row["key"], row["utility_mbps"], row[column]
-        across, up = (
-            np.abs(row[[f"{name}_low", f"{name}_high"]].to_numpy(float) - row[name])[:, None]
-            for name in ("utility_mbps", column)
-        )
+        across, up = (error_bars(interval_of(row, name)) for name in ("utility_mbps", column))
         ax.errorbar(x, y, xerr=across, yerr=up, fmt="none", ecolor=palette[key], elinewidth=1.2)
         ax.plot(x, y, looks[key], color=palette[key], markersize=7, label=row["method"])
 

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lawn_sb3.envs.observation import broadcast_bits
-from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, rung_of
+from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.report.sections.table_two import size
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, line_of, markers, use_house_style
-from lawn_sb3.report.table import Table, interval_columns
+from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import mean_interval, paired_difference
 
+HEADING = "What a UAV must know"
+UTILITY = QUANTITIES["utility_mbps"]
 KNOWN: dict[Rung, str] = {
     "nothing": "nothing of\nthe others",
     "loads": "cell loads\n(in $o_i$)",
@@ -31,13 +33,15 @@ BESIDE = "forecast"
 """The player that every method is held against."""
 LIMITS = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
 """Players drawn as lines."""
-UTILITY = "greedy/utility_mbps"
-CURVES = {
-    UTILITY: "mean utility $U_i$ (Mbps)",
-    "greedy/regret_mbps": "mean regret (Mbps)",
-    "greedy/nash_gap_mbps": "Nash gap (Mbps)",
-}
-"""What is drawn against env steps, as far as the trainings recorded it."""
+
+
+def section(results: Results) -> Section | None:
+    """Figure and table of a recipe that has a ladder."""
+    if not has_ladder(results.methods):
+        return None
+    return Section(
+        HEADING, {"ladder": Picture(ladder(results), caption(results)), "ladder_table": ladder_table(results)}
+    )
 
 
 def ladder_table(results: Results) -> Table:
@@ -46,14 +50,14 @@ def ladder_table(results: Results) -> Table:
     :param results: what the runs left
     :return: one row a method, from the bottom of the ladder to its top
     """
-    scenario, rows, shown = results.recipe.game(), [], []
+    scenario, rows = results.recipe.game(), []
     beside = next((key for key, method in results.methods.items() if method.player == BESIDE), None)
     climbing = sorted(results.methods.items(), key=lambda item: _height(item[1]))  # stable: otherwise in order
     for key, method in climbing:
         rung = rung_of(method)
         bits = bits_of(method, scenario)
         utility = mean_interval(results.scores(key, "utility_mbps").mean(axis=1))
-        row = {
+        row: dict[str, object] = {
             "method": method.label,
             "key": key,
             "knows": rung,
@@ -69,15 +73,14 @@ def ladder_table(results: Results) -> Table:
             "Learns": _teaching(method),
             "Slack": "–" if method.slack is None else str(method.slack),
             "Env steps": f"{method.env_steps:,}" if method.env_steps else "–",
-            "U (Mbps)": utility.text(2),
+            UTILITY.heading: utility.text(UTILITY.fine_decimals),
         }
         if beside is not None:
             more = paired_difference(results.scores(key, "utility_mbps"), results.scores(beside, "utility_mbps"))
             row |= interval_columns({"over_forecast_mbps": more})
-            cells["Δ U to forecast"] = "–" if key == beside else more.text(2)
-        rows.append(row)
-        shown.append({**cells, "n": size(results, key)})
-    caption = (
+            cells["Δ U to forecast"] = "–" if key == beside else more.text(UTILITY.fine_decimals)
+        rows.append((row, {**cells, "n": sample_of(results, key)}))
+    text = (
         "What the UAVs know when they act and what they earn, from the bottom of the ladder to its top. Told: bits "
         "that every UAV has to broadcast in every slot, without any coding; cell loads are counted by the GBSs, clock "
         "and memory are a UAV's own. Slack: slots beyond T_min in which a learner may arrive. U: mean utility. Δ: "
@@ -85,7 +88,7 @@ def ladder_table(results: Results) -> Table:
         "bootstrap intervals over training seeds, missions held fixed. Equilibria and welfare are planned jointly, "
         "with all of x known to everybody. n: seeds × test episodes."
     )
-    return Table(pd.DataFrame(rows), pd.DataFrame(shown), caption)
+    return table_of(rows, text)
 
 
 def _height(method: Method) -> tuple[int, bool]:
@@ -110,22 +113,22 @@ def ladder(results: Results) -> Figure:
     ax = figure.subplots()
     methods, scenario = results.recipe.methods, results.recipe.game()
     palette, signs = colours(methods), markers(methods)
-    rungs = [rung for rung in RUNGS if any(rung_of(method) == rung for method in results.methods.values())]
     points = {key: method for key, method in results.methods.items() if method.player not in LIMITS}
-    crowd = {rung: [key for key, method in points.items() if rung_of(method) == rung] for rung in rungs}
+    rungs = [rung for rung in RUNGS if any(rung_of(method) == rung for method in points.values())]
     for place, rung in enumerate(rungs):
-        for k, key in enumerate(crowd[rung]):
-            x = place + 0.17 * (k - (len(crowd[rung]) - 1) / 2)
+        crowd = [key for key, method in points.items() if rung_of(method) == rung]
+        for k, key in enumerate(crowd):
+            x = place + 0.17 * (k - (len(crowd) - 1) / 2)
             _point(ax, results, key, x, palette[key], signs[key])
     for key, method in results.methods.items():
         if method.player in LIMITS:
-            _line(ax, results, key, palette[key])
+            limit_line(ax, results, key, palette[key])
     ax.set_xticks(range(len(rungs)), [f"{KNOWN[rung]}\n{broadcast_bits(SEES[rung], scenario)} bits" for rung in rungs])
     ax.set_xlim(-0.5, len(rungs) - 0.5)
     ax.set_xlabel("what a UAV knows, and what each has to broadcast in every slot for it")
-    ax.set_ylabel("mean utility $U_i$ (Mbps)")
+    ax.set_ylabel(UTILITY.axis_label)
     handles = [
-        Line2D([], [], color=palette[key], marker=signs[key], linestyle="", label=_named(method))
+        Line2D([], [], color=palette[key], marker=signs[key], linestyle="", label=label_of(method))
         for key, method in points.items()
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
@@ -134,7 +137,8 @@ def ladder(results: Results) -> Figure:
     return figure
 
 
-def _named(method: Method) -> str:
+def label_of(method: Method) -> str:
+    """What legends call a method: learners may differ in their slack alone."""
     return f"{method.label} (slack {method.slack})" if method.slack else method.label
 
 
@@ -144,7 +148,15 @@ def _point(ax: Axes, results: Results, key: str, x: float, colour: str, marker: 
     ax.plot(x, found.value, marker, color=colour, markersize=8, markeredgecolor="0.2")
 
 
-def _line(ax: Axes, results: Results, key: str, colour: str, inside: bool = False) -> None:
+def limit_line(ax: Axes, results: Results, key: str, colour: str, inside: bool = False) -> None:
+    """Draw the mean utility of a player as a line, named at its end.
+
+    :param ax: where to
+    :param results: what the runs left
+    :param key: the player's key in the recipe
+    :param colour: its colour
+    :param inside: whether the name stands above the line, not beside the panel
+    """
     value = float(results.scores(key, "utility_mbps").mean())
     ax.axhline(value, color=colour, linestyle=line_of(key), linewidth=1.2, zorder=1)
     x, across, up = (0.99, "right", "bottom") if inside else (1.0, "left", "center")
@@ -152,7 +164,7 @@ def _line(ax: Axes, results: Results, key: str, colour: str, inside: bool = Fals
     ax.text(x, value, label, color="0.2", fontsize="small", ha=across, va=up, transform=edge)
 
 
-def ladder_caption(results: Results) -> str:
+def caption(results: Results) -> str:
     """What the ladder shows.
 
     :param results: what the runs left
@@ -166,48 +178,3 @@ def ladder_caption(results: Results) -> str:
         f"interval over seeds, {results.extent(results.episodes)}. Learners differ in budget "
         f"({', '.join(f'{count:,}' for count in steps)} env steps) and in slack, as the table says."
     )
-
-
-def learning(results: Results) -> Figure:
-    """Draw utility, regret and Nash gap of greedy play during training, a curve a learner.
-
-    :param results: what the runs left
-    :return: the figure; bands are 95 % intervals of the mean over seeds
-    """
-    use_house_style()
-    curves = results.curves
-    shown = {column: text for column, text in CURVES.items() if column in curves and curves[column].notna().any()}
-    figure = Figure(figsize=(1.5 + 4.5 * len(shown), 5.2), layout="constrained")
-    palette = colours(results.recipe.methods)
-    learners = {key: method for key, method in results.methods.items() if method.algo is not None}
-    for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
-        known = _side_by_side(curves.dropna(subset=[column]))
-        for key in learners:
-            own, style = known[known["method"] == key], {"color": palette[key], "errorbar": ("ci", 95), "seed": 0}
-            if len(own):
-                sns.lineplot(own, x="env_steps", y=column, ax=ax, legend=False, **style)
-        ax.set(xlabel="env steps (joint slots of one game)", ylabel=text)
-        ax.xaxis.set_major_formatter(lambda value, _: f"{value / 1000:.0f}K")
-    for key, method in results.methods.items():
-        if method.player in LIMITS[:3] and UTILITY in shown:
-            _line(figure.axes[0], results, key, palette[key], inside=True)
-    handles = [Line2D([], [], color=palette[key], label=_named(method)) for key, method in learners.items()]
-    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
-    return figure
-
-
-def _side_by_side(curves: pd.DataFrame) -> pd.DataFrame:
-    """Curves in which the k-th evaluation of all seeds of a method lies at one place, the mean of theirs.
-
-    A batch of whole games ends at other env steps in every seed.
-    """
-    nth = curves.groupby(["method", "seed"]).cumcount()
-    at = curves["time/env_steps"].groupby([curves["method"], nth]).transform("mean")
-    return curves.assign(env_steps=at)
-
-
-LEARNING_CAPTION = (
-    "Greedy play during training, on missions apart from the test's, not smoothed; bands: 95 % bootstrap interval of "
-    "the mean over seeds. Regret: what a UAV could gain by deviating alone, the others' trajectories fixed; Nash gap: "
-    "the largest of an episode, mean over episodes. Lines: players without training on the test missions."
-)

@@ -10,9 +10,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.sections.fairness_table import HEADING
 from lawn_sb3.report.style import colours, legend_below, markers, use_house_style
 from lawn_sb3.report.table import Table, interval_columns
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
+from lawn_sb3.results.run_files import TOLERANCE
 from lawn_sb3.results.statistics import mean_interval
 
 MOST_BINS = 7
@@ -20,8 +24,6 @@ MOST_BINS = 7
 DETOURS = (1.0, 1.5, 2.0, math.inf)
 """Bounds of the bins of T/T_min, each bin closed at its upper end."""
 FAILED = "failed"
-TOLERANCE = 1e-6
-"""Loads are written with nine digits."""
 MOST_ABREAST = 8
 """With more methods the panels stand below each other, so that points of a bin stay apart."""
 Cause = Literal["co_served", "detour"]
@@ -32,6 +34,18 @@ CAUSES: dict[Cause, str] = {
 """What may cost utility, as the axes call it."""
 HEADINGS: dict[Cause, str] = {"co_served": "{} others", "detour": "T/T_min {}"}
 """What the tables call a bin."""
+
+
+def section(results: Results) -> Section | None:
+    """Low utilities of all methods whose UAVs meet."""
+    joint = results.without_bound()
+    if not joint.methods:
+        return None
+    tables = {
+        "low_utility_by_load": low_utility(joint, "co_served"),
+        "low_utility_by_delay": low_utility(joint, "detour"),
+    }
+    return Section(HEADING, {"low_utilities": Picture(low_utilities(joint), caption(joint)), **tables})
 
 
 def binned(results: Results, cause: Cause) -> tuple[pd.Series, list[str]]:
@@ -123,7 +137,7 @@ def low_utilities(results: Results) -> Figure:
             ax.axvline(edge, color="0.85", linewidth=0.8, zorder=0)
         ax.set_xlabel(text)
         if stacked or cause == "co_served":
-            ax.set_ylabel("mean utility $U_i$ (Mbps)")
+            ax.set_ylabel(QUANTITIES["utility_mbps"].axis_label)
     legend_below(figure, figure.axes[0].get_legend_handles_labels()[0], 2.4)
     return figure
 

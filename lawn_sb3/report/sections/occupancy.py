@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.sections.low_utility import co_served_bounds
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
@@ -20,6 +21,14 @@ FEWEST_SLOTS = 8
 """A panel shows at least so many slots, as far as the deadline lets it."""
 DONE_SHARE = 0.01
 """A method counts as done once fewer than this share of its UAVs fly."""
+
+
+def section(results: Results) -> Section | None:
+    """Cell loads of all methods whose UAVs meet."""
+    joint = results.without_bound()
+    if not len(joint.slots):
+        return None
+    return Section("Cell loads over time", {"cell_loads": Picture(cell_loads(joint), caption(joint))})
 
 
 def occupancy(results: Results, method: str) -> pd.DataFrame:

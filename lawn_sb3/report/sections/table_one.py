@@ -7,6 +7,7 @@ from typing import Any
 import pandas as pd
 
 from lawn_sb3.paper.printed_values import TABLE_I
+from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import Table, latex_text
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario
@@ -38,6 +39,11 @@ SYMBOLS = {
 """Symbols of the scenario's fields: as text and in LaTeX."""
 
 HEADINGS = ("Symbol", "Constant", "Value", "Unit", "Source", "Paper's Table I", "What it is")
+
+
+def section(results: Results) -> Section:
+    """All constants."""
+    return Section("Table I: constants", {"table1": table_one(results)})
 
 
 def table_one(results: Results) -> Table:

@@ -2,46 +2,35 @@
 
 from __future__ import annotations
 
-import pandas as pd
-
 from lawn_sb3.experiment.knowledge import bits_of
 from lawn_sb3.paper.printed_values import TABLE_II
-from lawn_sb3.report.table import Table, interval_columns
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
 from lawn_sb3.results.attainable import Attainable, attainable, explanation, share
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import BOUND, Results
 from lawn_sb3.results.statistics import mean_interval
 
-COLUMNS = {
-    "reward": ("J̄", 2),
-    "rate_mbps": ("R̂ (Mbps)", 2),
-    "makespan_slots": ("T̄ (slots)", 1),
-    "success_percent": ("Success (%)", 1),
-    "utility_mbps": ("U (Mbps)", 1),
-}
-"""Figure: its heading and its decimals."""
+HEADING = "Table II: performance"
+COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_mbps")
+"""The paper's four quantities, and the utility that they stand for."""
 
 
-def size(results: Results, method: str) -> str:
-    """The sample behind a method's figures.
-
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :return: ``5 × 200``: seeds by episodes
-    """
-    seeds = results.episodes.loc[results.episodes["method"] == method, "seed"].nunique()
-    return f"{seeds} × {results.recipe.evaluation.episodes}"
+def section(results: Results) -> Section:
+    """Table II of all methods."""
+    return Section(HEADING, {"table2": table_two(results)})
 
 
 def table_two(results: Results) -> Table:
-    """Mean over seeds of each figure, its 95 % bootstrap interval over seeds, and the paper's value.
+    """Mean over seeds of each quantity, its 95 % bootstrap interval over seeds, and the paper's value.
 
     :param results: what the runs left
-    :return: one row a method; numbers with the columns ``method, key, seeds, episodes`` and for each figure
+    :return: one row a method; numbers with the columns ``method, key, seeds, episodes`` and for each quantity
         ``NAME, NAME_low, NAME_high, NAME_paper``; with results of the bound, ``share_low_percent`` and
         ``share_high_percent`` with intervals too
     """
     by_seed, limits = results.by_seed(), attainable(results)
-    numbers, shown = [], []
+    rows = []
     for key, method in results.methods.items():
         own = by_seed[by_seed["method"] == key]
         printed = TABLE_II[method.paper_row]._asdict() if method.paper_row else {}
@@ -52,20 +41,18 @@ def table_two(results: Results) -> Table:
             "episodes": results.recipe.evaluation.episodes,
         }
         cells = {"Method": method.label}
-        for name, (heading, decimals) in COLUMNS.items():
-            found = mean_interval(own[name])
-            row |= dict(zip((name, f"{name}_low", f"{name}_high"), found, strict=True))
-            row[f"{name}_paper"] = printed.get(name, float("nan"))
-            paper = f" ({printed[name]:.{decimals}f})" if name in printed else ""
-            cells[heading] = found.text(decimals) + paper
+        for name in COLUMNS:
+            quantity, found = QUANTITIES[name], mean_interval(own[name])
+            row |= interval_columns({name: found}) | {f"{name}_paper": printed.get(name, float("nan"))}
+            paper = f" ({printed[name]:.{quantity.decimals}f})" if name in printed else ""
+            cells[quantity.heading] = found.text(quantity.decimals) + paper
         bits = bits_of(method, results.recipe.game())
         row["told_bits"], cells["Told (bits)"] = bits, "–" if bits is None else str(bits)
         if limits is not None:
             figures, cells["Share (%)"] = _share(results, key, limits)
             row |= figures
-        numbers.append(row)
-        shown.append({**cells, "n": size(results, key)})
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), caption(results, limits))
+        rows.append((row, {**cells, "n": sample_of(results, key)}))
+    return table_of(rows, caption(results, limits))
 
 
 def _share(results: Results, key: str, limits: Attainable) -> tuple[dict[str, float], str]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.radio import radio_map
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.run_files import draw_test_missions
@@ -21,6 +22,7 @@ from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
+HEADING = "One episode, every method"
 UAV_COLOURS = ("#1B1BFF", "#661100", "#A81FA0", "#94A000", "#E7298A")
 """Colour-blind readers can tell the first four apart by lightness and hue, and none is a method's colour."""
 UAV_LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
@@ -32,6 +34,14 @@ MOST_GRID_LINES = 31
 """A finer voxel grid would be a grey sheet."""
 OFFSET_VOXELS = 0.16
 """How far paths are drawn from the voxel centres, so that those in the same voxels stay apart."""
+
+
+def section(results: Results) -> Section | None:
+    """An episode as all methods fly it whose UAVs meet."""
+    joint = results.without_bound()
+    if not len(joint.paths):
+        return None
+    return Section(HEADING, {"trajectories": Picture(from_above(joint), caption(joint))})
 
 
 class Flight(NamedTuple):

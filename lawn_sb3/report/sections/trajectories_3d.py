@@ -8,11 +8,14 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.sections.trajectories import (
     BORDER_COLOUR,
     FIRST_SLOTS,
+    HEADING,
     SITE_COLOUR,
     Floats,
+    caption,
     cell_borders,
     heading,
     legend_handles,
@@ -26,6 +29,14 @@ from lawn_sb3.scenario import Scenario
 
 FLATTEST = 0.5
 """An airspace flatter than this is drawn stretched to it: height over the longer side."""
+
+
+def section(results: Results) -> Section | None:
+    """The same episode in space."""
+    joint = results.without_bound()
+    if not len(joint.paths):
+        return None
+    return Section(HEADING, {"trajectories_3d": Picture(in_space(joint), caption(joint))})
 
 
 def in_space(results: Results) -> Figure:

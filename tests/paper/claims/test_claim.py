@@ -12,9 +12,9 @@ from pydantic import ValidationError
 from lawn_sb3.paper.claims import load_claims
 from lawn_sb3.paper.claims.claim import SHARED_RULES
 from lawn_sb3.paper.claims.distributions import SHAPES
-from lawn_sb3.paper.claims.verdicts import QUANTITIES
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.paper.roles import ROLES
+from lawn_sb3.results.quantities import QUANTITIES
 from tests.handmade import PARTS
 
 CLAIMS = load_claims()

@@ -7,7 +7,7 @@ import pytest
 from lawn_sb3.paper.claims import Finding
 from lawn_sb3.paper.claims.comparisons import better_than, loads_suffice, rate_comparable
 from lawn_sb3.paper.claims.evidence import CannotTellError
-from lawn_sb3.paper.claims.verdicts import join
+from lawn_sb3.paper.claims.rule_parts import join
 from lawn_sb3.paper.roles import FORMS
 from tests.handmade import evidence, flown_by_seed, method_of, recipe_of_parts
 

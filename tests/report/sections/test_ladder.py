@@ -6,7 +6,7 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.report.sections import ladder
+from lawn_sb3.report.sections import ladder, ladder_learning, milestones, training
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
 
@@ -69,5 +69,22 @@ def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
 
 
 def test_a_learning_curve_is_the_mean_over_seeds_whose_batches_end_at_other_env_steps() -> None:
-    (line, *_) = ladder.learning(results()).axes[0].get_lines()
+    (line, *_) = ladder_learning.learning(results()).axes[0].get_lines()
     assert [list(values) for values in line.get_data()] == [[11.0, 23.0], [37.5, 40.5]]
+
+
+def test_a_rung_on_which_only_limits_stand_has_no_place() -> None:
+    whole = results()
+    few = Results(whole.recipe, whole.episodes[whole.episodes["method"] != "state"])
+    few.episodes = pd.concat([few.episodes, flown("welfare", 0, utility_mbps=[47.0])])
+    few.recipe = recipe_with({**METHODS, "welfare": player("welfare")})
+    ax = ladder.ladder(few).axes[0]
+    assert "Welfare" in {text.get_text().strip() for text in ax.texts}
+    assert not any(label.get_text().startswith("all of x") for label in ax.get_xticklabels())
+
+
+def test_learners_whose_moves_are_in_time_have_no_fig_2() -> None:
+    made = results()
+    made.curves["greedy/success_percent"] = 100.0
+    assert training.section(made) is None
+    assert milestones.section(made) is None

@@ -1,0 +1,117 @@
+"""The best flight of one UAV against what it expects of the cells, instead of what the others are known to do.
+
+It is the recursion of ``flight.best_flight`` with two differences. The RB share that the UAV expects in a cell need not
+be a whole number: Eq. (2), eq:rate, is linear in the share, so the expected rate is that of the expected share. And
+nobody's position is known, so no collision can be avoided. Only the first move is used, since everything is planned
+anew in the next slot; the recursion keeps no others, and skips voxels outside the box that the flight can be in.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lawn_sb3.game.airspace import Voxel, min_slots
+from lawn_sb3.game.compiled import njit
+from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
+from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
+from lawn_sb3.planning.flight import Flight, best_move, longest_flight, overlap
+from lawn_sb3.planning.mean_field.sight import bucket
+
+Floats = NDArray[np.float64]
+
+
+@njit
+def expected_flight(
+    rules: Rules, state: State, game: int, uav: int, outlook: Floats, slack: int, peak_mbps: float, room: Floats
+) -> Flight:
+    """The best way of one UAV from where it is to its destination, within the deadline, by what it expects.
+
+    :param outlook: by bucket of slots ahead and cell: the RB share that it would get there, and what that would cost
+        the others in Mbps of their utilities [K, M, 2]; times beyond the last bucket count as the last
+    :param peak_mbps: the highest rate anywhere
+    :param room: two numbers for each voxel of the airspace, to work with; written
+    :return: the flight
+    """
+    position, goal = voxel_of(state.position, game, uav), voxel_of(state.destination, game, uav)
+    least, flown = state.min_slots[game, uav], state.slot[game, uav]
+    beta, ema_mbps = rules.ema_beta, state.ema_rate_mbps[game, uav]
+    shortest = min_slots(position, goal, rules.max_voxel_steps)
+    best = Flight(0, -np.inf, 0)
+    for slots in range(shortest, longest_flight(rules, state, game, uav, slack) + 1):
+        total = flown + slots
+        horizon = bias_horizon(rules, total)
+        ceiling = 1.0 - (1.0 - beta) ** total  # as in best_flight: no longer flight can be better
+        if utility(corrected_rate(peak_mbps * ceiling, beta, horizon), least, total) <= best.worth_mbps:
+            break
+        low, size = _box(position, goal, slots * rules.max_voxel_steps, rules.grid)
+        volume = size[0] * size[1] * size[2]
+        values = room[: 2 * volume].reshape((2, size[0], size[1], size[2]))
+        here, there = _from(low, position), _from(low, goal)
+        worth = utility(corrected_rate(ema_mbps * (1.0 - beta) ** slots, beta, horizon), least, total)
+        for s in range(slots, 0, -1):
+            weight = slot_weight(beta, slots - s, least, total, horizon)
+            ahead = outlook[min(bucket(s), len(outlook) - 1)]
+            _value_slot(rules, low, size, here, there, ahead, s, slots, weight, values[s % 2], values[(s + 1) % 2])
+        action, value = best_move(rules.actions, size, rules.fly_through, here, there, values[1])
+        if worth + value > best.worth_mbps:
+            best = Flight(slots, worth + value, action)
+    return best
+
+
+@njit
+def _value_slot(
+    rules: Rules,
+    low: Voxel,
+    size: Voxel,
+    position: Voxel,
+    goal: Voxel,
+    ahead: Floats,
+    s: int,
+    slots: int,
+    weight: float,
+    values: Floats,
+    later: Floats,
+) -> None:
+    """V_s of every voxel of the box; voxels are counted from its corner."""
+    cell, rb_rate_mbps, actions, fly_through = rules.cell, rules.rb_rate_mbps, rules.actions, rules.fly_through
+    values[:] = -np.inf
+    reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
+    low_x, high_x = overlap(position[0], reach, goal[0], left, size[0])
+    for x in range(low_x, high_x):
+        reach_y, left_y = reach - abs(x - position[0]), left - abs(x - goal[0])
+        low_y, high_y = overlap(position[1], reach_y, goal[1], left_y, size[1])
+        for y in range(low_y, high_y):
+            reach_z, left_z = reach_y - abs(y - position[1]), left_y - abs(y - goal[1])
+            low_z, high_z = overlap(position[2], reach_z, goal[2], left_z, size[2])
+            for z in range(low_z, high_z):
+                following = 0.0
+                if s < slots:
+                    if (x, y, z) == goal:
+                        continue
+                    _, following = best_move(actions, size, fly_through, (x, y, z), goal, later)
+                voxel = low[0] + x, low[1] + y, low[2] + z
+                b = cell[voxel]
+                # the rate at the expected share
+                values[x, y, z] = weight * (ahead[b, 0] * rb_rate_mbps[voxel]) - ahead[b, 1] + following
+
+
+@njit
+def _box(position: Voxel, goal: Voxel, steps: int, grid: Voxel) -> tuple[Voxel, Voxel]:
+    """The corner and size of the smallest box that holds every way of so many steps."""
+    straight = abs(position[0] - goal[0]) + abs(position[1] - goal[1]) + abs(position[2] - goal[2])
+    aside = (steps - straight) // 2
+    low_x, high_x = _side(position[0], goal[0], aside, grid[0])
+    low_y, high_y = _side(position[1], goal[1], aside, grid[1])
+    low_z, high_z = _side(position[2], goal[2], aside, grid[2])
+    return (low_x, low_y, low_z), (high_x - low_x, high_y - low_y, high_z - low_z)
+
+
+@njit
+def _side(first: int, second: int, aside: int, size: int) -> tuple[int, int]:
+    return max(min(first, second) - aside, 0), min(max(first, second) + aside, size - 1) + 1
+
+
+@njit
+def _from(low: Voxel, voxel: Voxel) -> Voxel:
+    return voxel[0] - low[0], voxel[1] - low[1], voxel[2] - low[2]

@@ -1,0 +1,73 @@
+"""How the ranking of methods moves from one changed game to the next."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+
+import pandas as pd
+from scipy.stats import rankdata
+
+from lawn_sb3.report.section import Section
+from lawn_sb3.report.table import Table, sample_text
+from lawn_sb3.results.quantities import QUANTITIES
+from lawn_sb3.results.results import Results
+from lawn_sb3.results.statistics import mean_interval, paired_difference
+
+
+def by_reward(games: Mapping[str, Results]) -> Section:
+    """Ranks in J̄."""
+    return Section("Ranking by J̄", {"ranking_reward": ranking(games, "reward")})
+
+
+def by_utility(games: Mapping[str, Results]) -> Section:
+    """Ranks in utility."""
+    return Section("Ranking by utility", {"ranking_utility_mbps": ranking(games, "utility_mbps")})
+
+
+def ranking(games: Mapping[str, Results], quantity: str) -> Table:
+    """Every method's figure and rank in every changed game, and the pairs that change places.
+
+    :param games: what the runs left, by the name of the changed game; the first is the game as it is
+    :param quantity: a key of ``QUANTITIES``
+    :return: one row a changed game; numbers have one row a changed game and method
+    """
+    chosen = QUANTITIES[quantity]
+    numbers, shown = [], []
+    base = next(iter(games.values()))
+    for name, results in games.items():
+        found = {key: mean_interval(results.scores(key, quantity).mean(axis=1)) for key in results.methods}
+        ranks = dict(zip(found, rankdata([-own.value for own in found.values()], method="min"), strict=True))
+        cells = {"Game": name}
+        for key, own in found.items():
+            numbers.append({"game": name, "method": key, **own._asdict(), "rank": int(ranks[key])})
+            cells[results.methods[key].label] = f"{own.text(chosen.decimals)} ({ranks[key]:.0f}.)"
+        fewest = min(len(results.seeds(key)) for key in results.methods)
+        sample = sample_text(fewest, results.recipe.evaluation.episodes)
+        moved = _changed_places(base, results, quantity) if results is not base else "–"
+        shown.append({**cells, "Changed places": moved, "n": sample})
+    caption = (
+        f"{chosen.heading} by changed game: mean over seeds [95 % bootstrap interval] and rank. Changed places: pairs "
+        "that are apart in both games, by intervals of the paired difference that leave 0 out, in opposite order. "
+        "Every method is trained and tested in the changed game; J̄ is in units of that game, so only its order can be "
+        "compared from row to row. n: seeds × test episodes, at least."
+    )
+    return Table(pd.DataFrame(numbers), pd.DataFrame(shown).fillna("–"), caption)
+
+
+def _changed_places(base: Results, results: Results, quantity: str) -> str:
+    """Pairs of methods whose order is another than in the game as it is, beyond what seeds explain."""
+    common = [key for key in results.methods if key in base.methods]
+    moved = []
+    for one, other in combinations(common, 2):
+        before, after = (_order(game, one, other, quantity) for game in (base, results))
+        if before * after < 0:
+            first, second = (one, other) if after > 0 else (other, one)
+            moved.append(f"{results.methods[first].label} above {results.methods[second].label}")
+    return "; ".join(moved) or "none"
+
+
+def _order(results: Results, one: str, other: str, quantity: str) -> int:
+    """1 if the first is apart above the second, -1 if below, 0 if they cannot be told apart."""
+    found = paired_difference(results.scores(one, quantity), results.scores(other, quantity))
+    return int(found.low > 0.0) - int(found.high < 0.0)

@@ -1,0 +1,167 @@
+"""Scaling out: what actors do among more or fewer UAVs than they were trained with, without retraining."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.style import colours, legend_below, line_of, markers, use_house_style
+from lawn_sb3.report.table import Table, interval_columns, sample_text
+from lawn_sb3.results.quantities import QUANTITIES
+from lawn_sb3.results.results import Results
+from lawn_sb3.results.run_files import SCALING_MEANS
+from lawn_sb3.results.statistics import Interval, mean_interval
+
+DECIMALS = {"utility_mbps": 2, "success_percent": 1, "collisions": 2}
+"""The quantities that are shown."""
+Means = dict[str, dict[int, dict[str, Interval]]]
+"""Mean over seeds by method, number of UAVs and column of ``scaling.csv``."""
+
+
+def section(results: Results) -> Section | None:
+    """Flights with other numbers of UAVs, where the recipe asks for them."""
+    if not len(results.scaling):
+        return None
+    means = means_of(results.scaling)
+    parts: dict[str, Table | Picture | None] = {
+        "scaling_out": Picture(scaling_figure(results, means), caption(results)),
+        "scaling": scaling_table(results, means),
+    }
+    return Section("Other numbers of UAVs", parts)
+
+
+def means_of(rows: pd.DataFrame) -> Means:
+    """Mean over seeds of all columns.
+
+    :param rows: ``scaling`` of the results
+    :return: means with their intervals, numbers of UAVs in ascending order
+    """
+    found: Means = {}
+    for key, of_method in rows.groupby("method"):
+        found[str(key)] = {
+            int(own["num_uavs"].iloc[0]): {name: mean_interval(own[name]) for name in SCALING_MEANS}
+            for _, own in of_method.groupby("num_uavs")
+        }
+    return found
+
+
+def labels_of(results: Results) -> dict[str, str]:
+    """What the flown methods are called.
+
+    :param results: what the runs left
+    :return: labels in the recipe's order; an ablation's alone may not say of what, so that its default's comes first
+    """
+    methods, labels = results.recipe.methods, {}
+    for key, method in results.methods_in(results.scaling).items():
+        of = "" if method.baseline is None else f"{methods[method.baseline].label}: "
+        labels[key] = of + method.label
+    return labels
+
+
+def scaling_table(results: Results, means: Means) -> Table:
+    """Utility, success and collisions of every method by number of UAVs.
+
+    :param results: what the runs left
+    :param means: what :func:`means_of` returned
+    :return: one row for each quantity and method, a column for each number of UAVs; numbers have one row for each
+        method and number of UAVs, with all means
+    """
+    rows, labels = results.scaling, labels_of(results)
+    seeds = rows.groupby("method")["seed"].nunique()
+    episodes = rows["episodes"].iloc[0]
+    numbers = [
+        {
+            "method": label,
+            "key": key,
+            "num_uavs": num_uavs,
+            "seeds": seeds[key],
+            "episodes": episodes,
+            **interval_columns(figures),
+        }
+        for key, label in labels.items()
+        for num_uavs, figures in means[key].items()
+    ]
+    shown = [
+        {
+            "Quantity": QUANTITIES[name].heading,
+            "Method": label,
+            **{f"N = {num_uavs}": own[name].text(decimals) for num_uavs, own in means[key].items()},
+            "n": sample_text(seeds[key], episodes),
+        }
+        for name, decimals in DECIMALS.items()
+        for key, label in labels.items()
+    ]
+    text = f"{caption(results)} In brackets those intervals. n: seeds × test episodes for each N."
+    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), text)
+
+
+def scaling_figure(results: Results, means: Means) -> Figure:
+    """Utility, success and collisions against the number of UAVs.
+
+    :param results: what the runs left
+    :param means: what :func:`means_of` returned
+    :return: the figure: a line a method, with a band for its interval over seeds
+    """
+    use_house_style()
+    figure = Figure(figsize=(10, 3.6), layout="constrained")
+    axes = figure.subplots(1, len(DECIMALS))
+    rows, labels = results.scaling, labels_of(results)
+    palette, looks = colours(labels), markers(labels)
+    style: dict[str, dict[str, Any]] = {
+        key: {"color": palette[key], "linestyle": line_of(key), "marker": looks[key]} for key in labels
+    }
+    for ax, name in zip(axes, DECIMALS, strict=True):
+        for key in labels:
+            num_uavs, values = list(means[key]), np.array([own[name] for own in means[key].values()])  # [N, 3]
+            ax.plot(num_uavs, values[:, 0], markersize=4.5, linewidth=1.3, **style[key])
+            ax.fill_between(num_uavs, values[:, 1], values[:, 2], color=palette[key], alpha=0.2, linewidth=0)
+        _finish(ax, sorted(rows["num_uavs"].unique()), results.recipe.game().num_uavs)
+        ax.set_ylabel(QUANTITIES[name].axis_label)
+    axes[0].set_ylim(bottom=-0.5)
+    axes[1].set_ylim(-2.0, 102.0)
+    _spread_collisions(axes[2], rows["collisions"])
+    handles = [Line2D([], [], markersize=5, label=label, **style[key]) for key, label in labels.items()]
+    legend_below(figure, handles, 3.2)
+    return figure
+
+
+def _finish(ax: Axes, flown: list[int], trained: int) -> None:
+    """Ticks at the numbers of UAVs that were flown, and a line where actors were trained."""
+    ax.set_xscale("log", base=2)
+    ax.set_xticks(flown, list(map(str, flown)))
+    ax.set_xlabel("UAVs N")
+    ax.axvline(trained, color="0.4", linestyle=":", linewidth=1.2, zorder=1)
+    place: dict[str, Any] = {"xycoords": ax.get_xaxis_transform(), "textcoords": "offset points", "xytext": (0, 3)}
+    ax.annotate(f"trained: N = {trained}", (trained, 1.0), ha="center", fontsize="small", **place)
+
+
+def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
+    """Some collide hundreds of times as often as others, and a UAV alone never does: logarithmic down to near 0."""
+    some = collisions[collisions > 0.0]
+    if len(some):
+        linear_to = 10.0 ** np.ceil(np.log10(some.min()))
+        ax.set_yscale("symlog", linthresh=linear_to)
+        ax.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
+        ax.set_ylim(-0.08 * linear_to, 1.5 * max(some.max(), linear_to))
+
+
+def caption(results: Results) -> str:
+    """What the figure of scaling out shows.
+
+    :param results: what the runs left
+    :return: one paragraph
+    """
+    trained, episodes = results.recipe.game().num_uavs, results.scaling["episodes"].iloc[0]
+    return (
+        f"Players among N UAVs; learners were trained with N = {trained} (dotted) and not again. Each N has {episodes} "
+        "missions of its own, the same for all players and seeds, so "
+        "from N to N the missions change too. Collisions: of a UAV in a mission; their axis is linear up to its second "
+        "tick. Means over seeds with 95 % bootstrap intervals over seeds, which with five seeds hold the true mean in "
+        "about five of six cases."
+    )

@@ -1,0 +1,28 @@
+"""Fig. 3: the distribution of the utility over all UAVs."""
+
+from __future__ import annotations
+
+from lawn_sb3.report.cdf import distributions, panels_text
+from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.results.results import Results
+
+XLABEL, YLABEL = "utility $U_i$ of a UAV (Mbps); 0 for a failed mission", "$F(u) = \\Pr(U_i \\leq u)$"
+
+
+def section(results: Results) -> Section:
+    """Fig. 3 of all methods; a line is all seeds together, its band their range."""
+    figure = distributions(results, results.episodes, "utility_mbps", XLABEL, YLABEL)
+    return Section("Fig. 3: utility", {"fig3_utility_cdf": Picture(figure, caption(results))})
+
+
+def caption(results: Results) -> str:
+    """What Fig. 3 shows.
+
+    :param results: what the runs left
+    :return: one paragraph
+    """
+    return (
+        "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over "
+        f"seeds. {panels_text(results, results.episodes)}"
+        "The paper shows this figure without numbers that could be marked here."
+    )

@@ -1,0 +1,69 @@
+"""Scaling out: means over seeds by number of UAVs, and where actors were trained."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from lawn_sb3.report.section import Picture
+from lawn_sb3.report.sections.scaling_out import means_of, scaling_table, section
+from lawn_sb3.results.results import Results
+from tests.handmade import learner, recipe_with
+
+
+def rows_of(method: str, seed: int, utility_mbps: list[float], num_uavs: tuple[int, ...] = (1, 4)) -> pd.DataFrame:
+    """Flights of one run with these utilities."""
+    rows = pd.DataFrame({"method": method, "seed": seed, "num_uavs": num_uavs, "episodes": 7})
+    dull = {"reward": 0.0, "rate_mbps": 1.0, "makespan_slots": 4.0, "completion_slots": 3.0, "success_percent": 50.0}
+    rows = rows.assign(**dull, utility_mbps=utility_mbps, collisions=[0.0, 0.5])
+    return rows.assign(welfare_mbps=rows["utility_mbps"] * rows["num_uavs"])
+
+
+HANDMADE = recipe_with({"mappo": learner("MAPPO"), "blind": learner("Blind").model_copy(update={"baseline": "mappo"})})
+ROWS = pd.concat(
+    [
+        rows_of("mappo", 0, [40.0, 10.0]),
+        rows_of("mappo", 1, [50.0, 20.0]),
+        rows_of("blind", 0, [30.0, 5.0]),
+        rows_of("blind", 1, [30.0, 5.0]),
+    ],
+    ignore_index=True,
+)
+
+
+def results_with(rows: pd.DataFrame) -> Results:
+    """Results that hold these flights."""
+    return Results(HANDMADE, scaling=rows)
+
+
+def test_the_table_by_hand() -> None:
+    # Seeds with 40 and 50: mean 45, resampled between 40 and 50.
+    table = scaling_table(results_with(ROWS), means_of(ROWS))
+    shown = table.shown[table.shown["Quantity"] == "U (Mbps)"].set_index("Method")
+    assert shown.loc["MAPPO"].tolist() == ["U (Mbps)", "45.00 [40.00, 50.00]", "15.00 [10.00, 20.00]", "2 × 7"]
+    assert shown.loc["MAPPO: Blind", "N = 1"] == "30.00 [30.00, 30.00]"  # an ablation says of what
+    numbers = table.numbers.set_index(["key", "num_uavs"])
+    assert numbers.loc[("mappo", 4), "welfare_mbps"] == 60.0  # 4 * (10 + 20) / 2
+    assert numbers.loc[("mappo", 4), "makespan_slots"] == 4.0
+
+
+def test_the_order_of_runs_does_not_matter() -> None:
+    orders = (ROWS, ROWS[::-1].reset_index(drop=True))
+    forward, backward = (scaling_table(results_with(rows), means_of(rows)) for rows in orders)
+    pd.testing.assert_frame_equal(forward.numbers, backward.numbers)
+
+
+def test_the_figure_shows_the_means_and_where_actors_were_trained() -> None:
+    made = section(results_with(ROWS))
+    assert made is not None
+    picture = made.shown["scaling_out"]
+    assert isinstance(picture, Picture)
+    figure = picture.figure
+    assert len(figure.axes) == 3
+    utility = figure.axes[0]
+    mappo, blind, trained = utility.lines
+    assert mappo.get_xydata().tolist() == [[1.0, 45.0], [4.0, 15.0]]
+    assert blind.get_xydata().tolist() == [[1.0, 30.0], [4.0, 5.0]]
+    assert set(np.asarray(trained.get_xdata())) == {HANDMADE.game().num_uavs} == {4}
+    assert [text.get_text() for text in utility.get_xticklabels()] == ["1", "4"]
+    assert (mappo.get_color(), mappo.get_marker()) != (blind.get_color(), blind.get_marker())
