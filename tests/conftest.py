@@ -10,9 +10,9 @@ import torch as th
 from hypothesis import settings
 from rich.console import Console
 
-from lawn_sb3.experiment.cell import run_cell
+from lawn_sb3.experiment.after_training import add_regrets
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
-from lawn_sb3.experiment.regret_files import add_regrets
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.checks import fly_checks
 
 # The first example of a test may have to wait for Numba to compile.

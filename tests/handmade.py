@@ -12,11 +12,12 @@ from typing import Any
 
 import pandas as pd
 
-from lawn_sb3.experiment.evaluation import COLUMNS
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
+from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.paper.claims import Evidence
 from lawn_sb3.paper.roles import ROLES
 from lawn_sb3.results.results import Results
+from lawn_sb3.scenario import PRESETS
 
 DULL: dict[str, Any] = {
     "reward": 0.0,
@@ -86,7 +87,7 @@ def flown(method: str, seed: int, num_uavs: int = 1, **columns: Sequence[Any]) -
     rows = pd.DataFrame({**DULL, **columns}, index=range(count))
     rows.insert(0, "uav", [k % num_uavs for k in range(count)])
     rows.insert(0, "episode", [k // num_uavs for k in range(count)])
-    assert set(rows) == set(COLUMNS)
+    assert set(rows) == set(evaluation_columns(PRESETS["paper"], 1))
     rows.insert(0, "seed", seed)
     rows.insert(0, "method", method)
     return rows

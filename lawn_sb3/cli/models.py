@@ -20,13 +20,16 @@ from lawn_sb3.cli.console import (
 )
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.cell import is_finished, run_cell, try_method, write_rows
-from lawn_sb3.experiment.evaluation import flies_alone, fly, summarize
+from lawn_sb3.experiment.evaluation import flies_alone, fly
+from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
-from lawn_sb3.experiment.regret import regrets, summarize_regrets
 from lawn_sb3.experiment.reproduce import training_bar
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.csv_file import write_rows
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, EVALUATION_FILE, FINISHED_FILE
+from lawn_sb3.experiment.train import run_cell, try_method
 from lawn_sb3.experiment.verification import verify_run
 from lawn_sb3.scenario import Scenario, load_scenario
 
@@ -89,7 +92,7 @@ def train(
     if is_finished(cell):
         say(f"{out} holds this run already, finished")
         return
-    if (out / "finished").exists():
+    if (out / FINISHED_FILE).exists():
         raise UserError(
             f"--out {str(out)!r} holds a finished run with other settings: choose another folder or delete it"
         )
@@ -133,7 +136,7 @@ def _refuse_folder(out: Path) -> None:
     """Refuse a run directory that is none."""
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
-    if out.exists() and any(out.iterdir()) and not (out / "config.yaml").exists():
+    if out.exists() and any(out.iterdir()) and not (out / CONFIG_FILE).exists():
         raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
 
 
@@ -157,7 +160,7 @@ def evaluate_command(
     seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
     sample: Annotated[bool, typer.Option("--sample", help="sample actions instead of taking the likeliest")] = False,
     rows_file: Annotated[
-        Path | None, typer.Option("--rows", help="also write the raw rows, one an episode and UAV")
+        Path | None, typer.Option("--rows", help="also write the raw rows, one per episode and UAV")
     ] = None,
     regret: Annotated[
         bool, typer.Option("--regret", help="also work out what each UAV could gain by deviating alone")
@@ -208,4 +211,4 @@ def verify(
     found = verify_run(run)
     print_figures(found._asdict(), as_json, f"{run}, flown again")
     if not found.passed:
-        fail(f"{found.rows_that_differ} of {found.rows} rows of {str(run / 'evaluation.csv')!r} come out otherwise", 1)
+        fail(f"{found.rows_that_differ} of {found.rows} rows of {str(run / EVALUATION_FILE)!r} come out otherwise", 1)

@@ -18,11 +18,11 @@ from rich.table import Table
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ceilings import ceilings, earned
-from lawn_sb3.experiment.cell import write_rows
 from lawn_sb3.experiment.plans import Advance, make_planner, plan_episodes
 from lawn_sb3.experiment.players import load_player, load_run
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
+from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.game.player import Player
 from lawn_sb3.planning.ceiling import tiny_games
 from lawn_sb3.planning.flight import ANY_SLACK
@@ -51,7 +51,8 @@ def plan(
     ] = None,
     regret: Annotated[bool, typer.Option(help="also work out what each UAV could gain by deviating alone")] = True,
     rows_file: Annotated[
-        Path | None, typer.Option("--rows", help="also write the raw rows, one an episode and UAV, with best responses")
+        Path | None,
+        typer.Option("--rows", help="also write the raw rows, one per episode and UAV, with best responses"),
     ] = None,
     paths_file: Annotated[
         Path | None, typer.Option("--paths", help="also write where every UAV was in every slot, in voxels")

@@ -22,15 +22,15 @@ from lawn_sb3.cli.console import (
 )
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ablation import with_policy
-from lawn_sb3.experiment.cell import RESULT_FILES, is_finished, try_method
+from lawn_sb3.experiment.after_training import add_regrets, add_scaling
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.regret_files import add_regrets
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
-from lawn_sb3.experiment.scaling import scale_out
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.train import try_method
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
-from lawn_sb3.experiment.weights import WEIGHTS_FILE
 from lawn_sb3.paper.checks import export_checks, fly_checks
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.contents import build_report
@@ -47,7 +47,7 @@ def reproduce(
 ) -> None:
     """Run what a recipe lacks, write its report, and compare with the reference results.
 
-    Finished runs are kept, cut ones are resumed, those made with other settings are made anew.
+    Finished runs are kept, interrupted ones are resumed, those made with other settings are made anew.
     """
     recipe, command = load_recipe(recipe_path), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     runs = recipe_path.parent / recipe.name
@@ -57,7 +57,7 @@ def reproduce(
         try:
             run_cells(todo, jobs, messages)
             if recipe.scaling is not None:
-                scale_out(todo, recipe.scaling, messages)
+                add_scaling(todo, recipe.scaling, messages)
             if recipe.regret:
                 add_regrets(todo, messages)
         except FailedRunsError:

@@ -15,11 +15,11 @@ from rich.table import Table
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, say
 from lawn_sb3.experiment.benchmark import benchmark
 from lawn_sb3.experiment.players import trained_players
-from lawn_sb3.experiment.provenance import write_json, write_text
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.paper.identification import as_markdown, identify
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
+from lawn_sb3.whole_files import write_json, write_text
 
 app = typer.Typer()
 

@@ -1,4 +1,4 @@
-"""Checkpoints: everything a training needs to go on after a cut as if there had been none."""
+"""Checkpoints: everything that an interrupted training needs to go on as if nothing had happened."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import io
 import pickle
 import random
 import warnings
-from pathlib import Path
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
@@ -16,10 +15,11 @@ from stable_baselines3.common.callbacks import BaseCallback
 
 from lawn_sb3.envs import FlatVecEnv
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.provenance import whole_file
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm
+from lawn_sb3.experiment.run_directory.files import CHECKPOINT_FILE, PROGRESS_FILE
 from lawn_sb3.experiment.watching import Watch
+from lawn_sb3.whole_files import whole_file
 
 PENDING = ("name_to_value", "name_to_count", "name_to_excluded")
 """Where SB3's logger keeps what it has not written yet."""
@@ -73,15 +73,6 @@ class Checkpoints(BaseCallback):
         return True
 
 
-def checkpoint_path(cell: Cell) -> Path:
-    """Where a cell keeps its checkpoint.
-
-    :param cell: the cell
-    :return: the file
-    """
-    return cell.directory / "checkpoint.pt"
-
-
 def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
     """Write the checkpoint of a training, replacing the one before in one go.
 
@@ -106,11 +97,11 @@ def save_checkpoint(cell: Cell, model: BaseAlgorithm, watch: Watch) -> None:
         "memory": model.memory() if isinstance(model, HasMemory) else None,
         # What the last update recorded is written with the next rollout.
         "pending": [dict(getattr(model.logger, name)) for name in PENDING],
-        "progress": (cell.directory / "progress.csv").read_text(encoding="utf-8"),
+        "progress": (cell.directory / PROGRESS_FILE).read_text(encoding="utf-8"),
     }
     content = io.BytesIO()
     th.save(state, content)
-    with whole_file(checkpoint_path(cell)) as part:
+    with whole_file(cell.directory / CHECKPOINT_FILE) as part:
         part.write_bytes(content.getbuffer())
 
 
@@ -120,7 +111,7 @@ def read_checkpoint(cell: Cell) -> dict[str, Any] | None:
     :param cell: the cell
     :return: the checkpoint, or none; a damaged one is named in a warning
     """
-    path = checkpoint_path(cell)
+    path = cell.directory / CHECKPOINT_FILE
     if not path.exists():
         return None
     try:

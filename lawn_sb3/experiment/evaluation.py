@@ -1,7 +1,8 @@
-"""Evaluation: one player, some joint episodes on missions fixed by a seed, one raw row an episode and UAV."""
+"""Evaluation: one player flies some joint episodes on missions fixed by a seed; one raw row per episode and UAV."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,41 +10,24 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.run_directory.files import evaluation_columns, paths_columns, slots_columns
 from lawn_sb3.game.airspace import Missions, draw_missions
-from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.game.state import Outcome
 from lawn_sb3.planning.plan import check_in_time
 from lawn_sb3.scenario import Scenario
 
-COLUMNS = (
-    "episode",
-    "uav",
-    "reward",
-    "rate_mbps",
-    "slots",
-    "min_slots",
-    "arrived",
-    "utility_mbps",
-    "collisions",
-    "makespan_slots",
-    "mean_cell_load",
-)
-
-PATH_COLUMNS = ("episode", "uav", "slot", "x", "y", "z", "cell", "cell_load", "rate_mbps")
-
 
 class Flights(NamedTuple):
-    """What an evaluation saw."""
+    """What an evaluation saw; ``run_directory.files`` has the columns of all three tables."""
 
     rows: pd.DataFrame
-    """One row an episode and UAV, with the columns ``COLUMNS``."""
+    """One row per episode and UAV."""
     slots: pd.DataFrame
-    """One row a slot, means over all episodes: UAVs flying in the cell of each GBS (``gbs_B``), and UAVs flying in a
-    cell with K UAVs (``load_K``)."""
+    """One row per slot: means over all episodes."""
     paths: pd.DataFrame
-    """One row a slot and UAV of the traced episodes, with the columns ``PATH_COLUMNS``; slot 0 is the origin."""
+    """One row per slot and UAV of the traced episodes; slot 0 is the origin."""
 
 
 def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, player_seed: int = 0) -> pd.DataFrame:
@@ -54,9 +38,8 @@ def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, playe
     :param episodes: number of joint episodes E
     :param seed: picks the missions: the same seed gives every player the same ones
     :param player_seed: seed of the player's own randomness
-    :return: E * N rows: episode, UAV, accumulated reward J, corrected rate in Mbps, slots T_i, T_i^min, arrived,
-        utility U_i in Mbps (0 for a failed mission), collisions, the episode's makespan in slots, and the load of the
-        UAV's own cell (itself included), mean over its slots
+    :return: E * N rows, one per episode and UAV, with the columns
+        :func:`lawn_sb3.experiment.run_directory.files.evaluation_columns`
     :raises UserError: if ``episodes`` is below 1
     """
     return fly(player, scenario, episodes, seed, player_seed).rows
@@ -96,20 +79,17 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
         gained += outcome.utility_mbps
         arrived |= outcome.arrived
         load += outcome.cell_load
-        slots.append(_occupancy(outcome, flying, scenario))
+        slots.append([len(slots) + 1, *_occupancy(outcome, flying, scenario)])
         paths.append(_positions(_by_episode(simulator.state.position, shape), outcome, flying, len(slots), traced))
     clock = _by_episode(simulator.state.slot, shape)
     episode, uav = np.indices(shape)
     makespan = np.broadcast_to(clock.max(axis=1, keepdims=True), shape)
     least = _by_episode(simulator.state.min_slots, shape)
     values = (episode, uav, reward, rate, clock, least, arrived, gained, collisions, makespan, load / clock)
-    names = [*(f"gbs_{b}" for b in range(scenario.num_gbs)), *(f"load_{k + 1}" for k in range(scenario.num_uavs))]
-    occupancy = pd.DataFrame(slots, columns=names)
-    occupancy.insert(0, "slot", np.arange(1, len(slots) + 1))
     return Flights(
-        pd.DataFrame({name: value.ravel() for name, value in zip(COLUMNS, values, strict=True)}),
-        occupancy,
-        pd.concat(paths, ignore_index=True),
+        _table(evaluation_columns(scenario, episodes), values),
+        pd.DataFrame(slots, columns=list(slots_columns(scenario, len(slots)))),
+        _table(paths_columns(scenario, traced), map(np.concatenate, zip(*paths, strict=True))),
     )
 
 
@@ -131,7 +111,7 @@ def evaluation_games(scenario: Scenario, episodes: int, seed: int, alone: bool =
     :param alone: give every UAV a game of its own: E * N games, those of an episode's UAVs in a row
     :return: the games
     """
-    missions = draw_missions(scenario, episodes, np.random.default_rng(seed))
+    missions = evaluation_missions(scenario, episodes, seed)
     if alone:
         scenario = scenario.changed(num_uavs=1)
         missions = Missions(*(voxels.reshape(-1, 1, 3) for voxels in missions))
@@ -140,9 +120,25 @@ def evaluation_games(scenario: Scenario, episodes: int, seed: int, alone: bool =
     return simulator
 
 
+def evaluation_missions(scenario: Scenario, episodes: int, seed: int) -> Missions:
+    """The missions of an evaluation, the same for every player.
+
+    :param scenario: the game
+    :param episodes: number of joint episodes E
+    :param seed: picks the missions
+    :return: origins and destinations in voxels [E, N, 3]
+    """
+    return draw_missions(scenario, episodes, np.random.default_rng(seed))
+
+
 def _by_episode(values: NDArray[Any], shape: tuple[int, int]) -> NDArray[Any]:
     """Values of all UAVs [G, N, ...] by episode [E, N, ...], also where every UAV had a game of its own."""
     return values.reshape(*shape, *values.shape[2:])
+
+
+def _table(names: Iterable[str], values: Iterable[NDArray[Any]]) -> pd.DataFrame:
+    """One column per array, all of the same shape."""
+    return pd.DataFrame({name: value.ravel() for name, value in zip(names, values, strict=True)})
 
 
 def _occupancy(outcome: Outcome, flying: NDArray[np.bool_], scenario: Scenario) -> list[float]:
@@ -152,42 +148,22 @@ def _occupancy(outcome: Outcome, flying: NDArray[np.bool_], scenario: Scenario) 
     return [float(count) / len(flying) for count in (*in_cell, *sharing)]
 
 
-def _origins(simulator: Simulator, shape: tuple[int, int], traced: int) -> pd.DataFrame:
+def _origins(simulator: Simulator, shape: tuple[int, int], traced: int) -> list[NDArray[Any]]:
+    """Columns of the paths at slot 0."""
     x, y, z = np.moveaxis(simulator.state.position, -1, 0)
     cell = simulator.rules.cell[x, y, z]
     load = np.take_along_axis(simulator.state.cell_load, cell, axis=1)
     seen = [_by_episode(values, shape)[:traced] for values in (x, y, z, cell, load)]
-    episode, uav = np.indices((len(seen[0]), shape[1]))
-    values = (episode, uav, np.zeros_like(episode), *seen, np.zeros(episode.shape))
-    return pd.DataFrame({name: value.ravel() for name, value in zip(PATH_COLUMNS, values, strict=True)})
+    index = np.indices(seen[0].shape)
+    columns: list[NDArray[Any]] = [*index, np.zeros_like(index[0]), *seen, np.zeros(seen[0].shape)]
+    return [column.ravel() for column in columns]
 
 
 def _positions(
     position: NDArray[np.int64], outcome: Outcome, flying: NDArray[np.bool_], slot: int, traced: int
-) -> pd.DataFrame:
+) -> list[NDArray[Any]]:
+    """Columns of the paths after a slot, for the UAVs that flew in it."""
     episode, uav = np.nonzero(flying[:traced])
     x, y, z = np.moveaxis(position[episode, uav], -1, 0)
     own = (values[episode, uav] for values in (outcome.cell, outcome.cell_load, outcome.rate_mbps))
-    columns = (episode, uav, np.full_like(episode, slot), x, y, z, *own)
-    return pd.DataFrame(dict(zip(PATH_COLUMNS, columns, strict=True)))
-
-
-def summarize(rows: pd.DataFrame) -> dict[str, float]:
-    """Mean figures of one evaluation.
-
-    :param rows: what :func:`evaluate` returned
-    :return: reward J, corrected rate and utility a UAV, completion (slots a UAV), makespan and welfare an episode,
-        success in percent, collisions a UAV
-    """
-    games = rows.groupby("episode")
-    utilities = rows["utility_mbps"].to_numpy().reshape(games.ngroups, -1)
-    return {
-        "reward": float(rows["reward"].mean()),
-        "rate_mbps": float(rows["rate_mbps"].mean()),
-        "makespan_slots": float(games["makespan_slots"].first().mean()),
-        "completion_slots": float(rows["slots"].mean()),
-        "success_percent": float(100.0 * rows["arrived"].mean()),
-        "utility_mbps": float(rows["utility_mbps"].mean()),
-        "welfare_mbps": float(welfare(utilities).mean()),
-        "collisions": float(rows["collisions"].mean()),
-    }
+    return [episode, uav, np.full_like(episode, slot), x, y, z, *own]

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.evaluation import Flights, evaluate, evaluation_games, flies_alone, fly, summarize
+from lawn_sb3.experiment.evaluation import Flights, evaluate, evaluation_games, flies_alone, fly
+from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
 from lawn_sb3.experiment.registry import PLANNERS
-from lawn_sb3.experiment.regret import regrets, summarize_regrets
 from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
 from lawn_sb3.game.player import Player
 from lawn_sb3.planning import BoundPlayer

@@ -25,7 +25,8 @@ from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.probe import line_in_own_file, policy_error
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.experiment.registry import find_algorithm, find_player
-from lawn_sb3.experiment.weights import WEIGHTS_FILE, load_weights
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, MODEL_FILE, WEIGHTS_FILE
+from lawn_sb3.experiment.weights import load_weights
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import Scenario
@@ -188,7 +189,7 @@ def load_run(directory: Path) -> Cell:
     :return: its cell
     :raises UserError: if it holds no run, or another version's
     """
-    path = directory / "config.yaml"
+    path = directory / CONFIG_FILE
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
         if not isinstance(values["seed"], int) or values["seed"] < 0:
@@ -233,7 +234,7 @@ def load_networks(model: BaseAlgorithm, directory: Path) -> None:
     :param directory: the run
     :raises UserError: if the file is missing, damaged or another method's
     """
-    path = directory / "model.zip"
+    path = directory / MODEL_FILE
     if not path.exists() and (directory / WEIGHTS_FILE).exists():
         load_weights(model, directory / WEIGHTS_FILE)
         return
@@ -258,7 +259,7 @@ def trained_players(folder: Path, rows: Collection[str]) -> dict[str, Player]:
     found: dict[str, Player] = {}
     for method in sorted(path for path in folder.iterdir() if path.is_dir()):
         for run in sorted(method.glob("seed-*")):
-            if not (run / "model.zip").exists() and not (run / WEIGHTS_FILE).exists():
+            if not (run / MODEL_FILE).exists() and not (run / WEIGHTS_FILE).exists():
                 continue
             cell = load_run(run)
             if cell.method.algo is not None and cell.method.paper_row in rows:

@@ -7,12 +7,22 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, RESULT_FILES, SCALING_FILE, is_finished
 from lawn_sb3.experiment.players import build_model, load_networks
 from lawn_sb3.experiment.recipe import Cell
-from lawn_sb3.experiment.weights import WEIGHTS_FILE, save_weights
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import (
+    CONFIG_FILE,
+    EVALUATION_FILE,
+    FINISHED_FILE,
+    PROGRESS_FILE,
+    PROVENANCE_FILE,
+    RESULT_FILES,
+    SCALING_FILE,
+    WEIGHTS_FILE,
+)
+from lawn_sb3.experiment.weights import save_weights
 
-ABLATION_FILES = (FLIGHT_FILES[0], SCALING_FILE, "progress.csv", "provenance.json")
+ABLATION_FILES = (EVALUATION_FILE, SCALING_FILE, PROGRESS_FILE, PROVENANCE_FILE)
 """What is kept of an ablation's run: all that its report reads. There are too many methods to keep a model of each."""
 
 
@@ -37,7 +47,7 @@ def export_runs(
         target = folder / cell.directory.relative_to(root)
         shutil.rmtree(target, ignore_errors=True)
         target.mkdir(parents=True)
-        for name in ("config.yaml", "finished", *files):
+        for name in (CONFIG_FILE, FINISHED_FILE, *files):
             if (cell.directory / name).exists():
                 shutil.copyfile(cell.directory / name, target / name)
         if WEIGHTS_FILE in files and cell.method.algo is not None and cell.key not in with_weights:

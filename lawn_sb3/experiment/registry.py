@@ -105,7 +105,8 @@ def accepted_settings(name: str) -> set[str]:
     :param name: the algorithm's name
     :return: names of constructor arguments
     """
-    return set().union(*(_arguments(algorithm) for algorithm in set(TAKES[name].values())))
+    algorithms = set(TAKES[name].values())
+    return set().union(*(_arguments(one) - getattr(one, "not_taken", set()) for one in algorithms))
 
 
 def _arguments(algorithm: type[BaseAlgorithm]) -> set[str]:
@@ -113,8 +114,9 @@ def _arguments(algorithm: type[BaseAlgorithm]) -> set[str]:
     names: set[str] = set()
     for owner in (base for base in algorithm.__mro__ if "__init__" in vars(base)):
         parameters = inspect.signature(owner).parameters.values()
-        names |= {one.name for one in parameters if one.kind is not inspect.Parameter.VAR_KEYWORD}
-        if not any(one.kind is inspect.Parameter.VAR_KEYWORD for one in parameters):
+        handed_on = {one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}
+        names |= {one.name for one in parameters} - handed_on
+        if not handed_on:
             break
     return names
 

@@ -23,8 +23,9 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from lawn_sb3.experiment.cell import is_finished, run_cell
 from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.train import run_cell
 
 
 class FailedRunsError(RuntimeError):

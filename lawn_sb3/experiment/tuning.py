@@ -22,10 +22,11 @@ from rich.console import Console
 
 from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import run_cell
-from lawn_sb3.experiment.evaluation import summarize
+from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.reproduce import prepare_worker
+from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import load_scenario
 
 Setting = str | int | float | bool
@@ -123,13 +124,6 @@ def _study(folder: Path, key: str) -> optuna.Study:
     return study
 
 
-def _enqueue_own(study: optuna.Study, method: Method, space: dict[str, list[Setting]]) -> None:
-    """Try the recipe's own settings first, if the space holds them."""
-    own = {name: method.settings[name] for name, values in space.items() if method.settings.get(name) in values}
-    if len(own) == len(space):
-        study.enqueue_trial(own)
-
-
 def _distinct(study: optuna.Study) -> int:
     """How many different settings have been tried: the sampler may repeat itself, which does not count."""
     return len({json.dumps(trial.params, sort_keys=True) for trial in _finished(study)})
@@ -152,7 +146,7 @@ def _score(search: Search, key: str, method: Method, settings: Mapping[str, Any]
         with tempfile.TemporaryDirectory() as folder:
             cell = Cell(key, parse_method(values), seed, load_scenario("paper"), evaluation, Path(folder))
             run_cell(cell, lambda env_steps: None)
-            rewards.append(summarize(pd.read_csv(Path(folder) / "evaluation.csv"))["reward"])
+            rewards.append(summarize(pd.read_csv(Path(folder) / EVALUATION_FILE))["reward"])
     return float(np.mean(rewards))
 
 

@@ -8,10 +8,12 @@ from typing import NamedTuple
 import pandas as pd
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import FLIGHT_FILES, is_finished, rows_as_text
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player, load_run
-from lawn_sb3.experiment.weights import WEIGHTS_FILE, are_rounded
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
+from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE, MODEL_FILE, WEIGHTS_FILE
+from lawn_sb3.experiment.weights import are_rounded
 
 FEW = 0.01
 """Share of the rows that rounding the weights may change."""
@@ -21,7 +23,7 @@ class Verification(NamedTuple):
     """What flying again gave."""
 
     rows: int
-    """Rows of the evaluation, one an episode and UAV."""
+    """Rows of the evaluation, one per episode and UAV."""
     rows_that_differ: int
     reward: float
     """Mean accumulated reward that the run left."""
@@ -46,7 +48,7 @@ def verify_run(directory: Path) -> Verification:
     cell = load_run(directory)
     if not is_finished(cell):
         raise UserError(f"{str(directory)!r} is not finished, or its policy file has changed since")
-    chosen, path = cell.evaluation, directory / FLIGHT_FILES[0]
+    chosen, path = cell.evaluation, directory / EVALUATION_FILE
     player = load_player(cell, deterministic=chosen.deterministic)
     again = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
     try:
@@ -58,6 +60,6 @@ def verify_run(directory: Path) -> Verification:
         raise UserError(f"{str(path)!r} has other rows or columns than an evaluation of this run")
     reward = float(pd.to_numeric(pd.read_csv(path)["reward"], errors="coerce").mean())
     differ = sum(one != other for one, other in zip(left, flown, strict=True))
-    kept_weights = cell.method.algo is not None and not (directory / "model.zip").exists()
+    kept_weights = cell.method.algo is not None and not (directory / MODEL_FILE).exists()
     rounded = kept_weights and are_rounded(directory / WEIGHTS_FILE)
     return Verification(len(again), differ, reward, float(again["reward"].mean()), rounded)

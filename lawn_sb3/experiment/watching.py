@@ -1,65 +1,25 @@
-"""Callbacks that watch a training: mission statistics, greedy evaluation, progress; and the file they fill."""
+"""Watching a training: mission statistics and greedy evaluations, recorded against env steps."""
 
 from __future__ import annotations
 
-import csv
 import time
 from collections.abc import Callable
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from stable_baselines3.common.callbacks import BaseCallback
-from stable_baselines3.common.logger import KVWriter
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from lawn_sb3.algos.mappo import EpisodeMAPPO
-from lawn_sb3.experiment.evaluation import fly, summarize
+from lawn_sb3.experiment.evaluation import fly
+from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.recipe import Cell
-from lawn_sb3.experiment.regret import regrets, summarize_regrets
 
 WATCHED = ("reward", "success_percent", "makespan_slots", "utility_mbps", "rate_mbps")
 WATCHED_REGRETS = ("regret_mbps", "nash_gap_mbps")
 """Where a recipe asks for regrets."""
-
-NOT_REPEATABLE = {"time/fps", "time/time_elapsed", "time/iterations"}
-"""Columns that differ between equal trainings, of which one was cut and resumed."""
-
-
-class ProgressCSV(KVWriter):
-    """``progress.csv`` as SB3 writes it, with sorted columns and none of wall-clock time: equal runs, equal bytes.
-
-    :param path: the file
-    :param before: its content up to the checkpoint that the training resumes from
-    """
-
-    def __init__(self, path: Path, before: str = "") -> None:
-        self.path = path
-        self.rows: list[dict[str, str]] = list(csv.DictReader(before.splitlines()))
-        self.columns = list(self.rows[0]) if self.rows else []
-        path.write_text(before, encoding="utf-8")
-
-    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
-        """Append one row.
-
-        :param key_values: names and values
-        :param key_excluded: formats that leave a name out
-        :param step: agent steps so far
-        """
-        row = {key: str(value) for key, value in key_values.items() if key not in NOT_REPEATABLE}
-        self.rows.append(row)
-        new = sorted(set(row) - set(self.columns))
-        self.columns += new
-        with self.path.open("w" if new else "a", encoding="utf-8", newline="") as file:
-            table = csv.DictWriter(file, self.columns, restval="", lineterminator="\n")
-            if new:  # rows written before lack the new columns
-                table.writeheader()
-            table.writerows(self.rows if new else [row])
-
-    def close(self) -> None:
-        """Nothing is kept open."""
 
 
 class WatchState(NamedTuple):
@@ -89,7 +49,7 @@ class Watch(BaseCallback):
 
     @property
     def seconds(self) -> float:
-        """Wall time of the training so far, that before a cut included."""
+        """Wall time of the training so far, that before an interruption included."""
         return time.perf_counter() - self._start
 
     @property
@@ -98,7 +58,7 @@ class Watch(BaseCallback):
         return self.num_timesteps // self.cell.scenario.num_uavs
 
     def state(self) -> WatchState:
-        """What a resumed training needs to watch on as if it had not been cut.
+        """What a resumed training needs to watch on as if it had not been interrupted.
 
         :return: when the next row and evaluation are due, the missions not written yet, and the seconds so far
         """

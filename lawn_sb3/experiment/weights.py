@@ -10,9 +10,8 @@ import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.provenance import whole_file
+from lawn_sb3.whole_files import whole_file
 
-WEIGHTS_FILE = "weights.npz"
 MOST_BYTES = 1_000_000
 """Weights that would take more than this in float32 are stored in float16: greedy play may then differ at near ties."""
 

@@ -1,4 +1,4 @@
-"""Players: whatever chooses the actions of all UAVs. All are scored by the same evaluation."""
+"""Players choose the actions of all UAVs; all of them are scored by the same evaluation."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def others_in(rules: Rules, state: State, game: int, plan: Plan, uav: int, count
 
 @njit
 def nobody(num_slots: int, num_gbs: int) -> Surroundings:
-    """What a UAV meets that is alone in the network, for so many slots ahead."""
+    """What a UAV meets that is alone in the network, for ``num_slots`` slots ahead."""
     shape = (num_slots + 1, num_gbs)
     none = np.zeros((0, num_slots + 1, 3), dtype=np.int64)
     return Surroundings(np.zeros(shape, dtype=np.int64), np.zeros(shape), none, np.zeros(0, dtype=np.int64))

@@ -37,7 +37,7 @@ from lawn_sb3.report.sections import (
     utility_cdf,
     verdicts,
 )
-from lawn_sb3.results.results import BESIDES, Results, read_results
+from lawn_sb3.results.results import TABLES, Results, read_results
 
 
 class Kind(NamedTuple):
@@ -49,8 +49,8 @@ class Kind(NamedTuple):
     """File name of the table that says most."""
     main_title: str
     """What it shows."""
-    reads: Collection[str] = BESIDES
-    """Tables of the results that its sections need besides the evaluations."""
+    tables: Collection[str] = TABLES
+    """Tables of the results that its sections need beside the evaluations."""
 
 
 OF_RECIPE = Kind(
@@ -89,7 +89,7 @@ OF_ABLATIONS = Kind(
     ),
     "effects",
     "effect of each ablation on its default",
-    reads=("curves", "scaling"),
+    tables=("curves", "scaling"),
 )
 OF_CHANGED_GAMES = Kind((leads.section, ranking.by_reward, ranking.by_utility), "ranking_reward", "J̄ by changed game")
 
@@ -105,7 +105,7 @@ def build_report(recipe: Recipe, cells: Sequence[Cell], command: str) -> Report:
     """
     kind = OF_CHANGED_GAMES if recipe.variants else OF_ABLATIONS if recipe.is_ablation else OF_RECIPE
     games = {
-        name: read_results(own, [cell for cell in cells if cell.variant == name], kind.reads)
+        name: read_results(own, [cell for cell in cells if cell.variant == name], kind.tables)
         for name, own in recipe.split().items()
     }
     if kind is OF_RECIPE:

@@ -9,11 +9,11 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
-from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import save
 from lawn_sb3.report.table import Table
+from lawn_sb3.whole_files import write_text
 
 JSON_FILE, PAGE_FILE = "report.json", "README.md"
 ENDINGS = (".md", ".csv", ".tex", ".png", ".pdf")

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from lawn_sb3.experiment.provenance import write_text
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval
+from lawn_sb3.whole_files import write_text
 
 IN_LATEX = {
     "\\": r"\textbackslash{}",

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 
 class Quantity(NamedTuple):
-    """A mean of an evaluation, as :func:`lawn_sb3.experiment.evaluation.summarize` names it."""
+    """A mean of an evaluation, as :func:`lawn_sb3.experiment.measures.summarize` names it."""
 
     symbol: str
     words: str

@@ -12,21 +12,22 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.cell import is_finished
-from lawn_sb3.experiment.evaluation import summarize
-from lawn_sb3.experiment.recipe import Cell, Method, Recipe, Scaling
-from lawn_sb3.results.run_files import (
+from lawn_sb3.experiment.measures import summarize
+from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE
+from lawn_sb3.experiment.run_directory.progress import read_progress
+from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,
     read_paths,
-    read_progress,
     read_regrets,
     read_sampled,
     read_scaling,
     read_slots,
 )
 
-BESIDES = ("curves", "slots", "paths", "sampled", "regrets", "scaling")
-"""Tables of :class:`Results` that can be read besides the evaluations."""
+TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling")
+"""Tables of :class:`Results` beside the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
 EQUILIBRIA = ("equilibrium", "worst-equilibrium")
@@ -152,27 +153,25 @@ def score_matrix(
     return values if per == "uav" else values.mean(axis=-1)
 
 
-def read_results(recipe: Recipe, cells: Sequence[Cell], besides: Collection[str] = BESIDES) -> Results:
+def read_results(recipe: Recipe, cells: Sequence[Cell], tables: Collection[str] = TABLES) -> Results:
     """Read the runs of a recipe.
 
     :param recipe: the recipe
     :param cells: its cells
-    :param besides: the tables to read besides ``episodes``
+    :param tables: the tables to read beside ``episodes``
     :return: what could be read, and what could not
     """
     results = Results(recipe)
-    asked_for = {"regrets": recipe.regret, "scaling": recipe.scaling is not None}
-    wanted = [table for table in besides if asked_for.get(table, True)]
-    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *wanted)}
+    parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *tables)}
     for cell in cells:
-        if not (cell.directory / "config.yaml").exists():
+        if not (cell.directory / CONFIG_FILE).exists():
             other = cell.directory.exists() and (not cell.directory.is_dir() or any(cell.directory.iterdir()))
-            results.problems.append(f"{cell.title}: {'no config.yaml there: not a run' if other else 'no run yet'}")
+            results.problems.append(f"{cell.title}: {f'no {CONFIG_FILE} there: not a run' if other else 'no run yet'}")
             continue
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(cell, recipe.scaling, wanted, results.problems).items():
+        for table, rows in _read_run(recipe, cell, tables, results.problems).items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
@@ -181,35 +180,31 @@ def read_results(recipe: Recipe, cells: Sequence[Cell], besides: Collection[str]
     return results
 
 
-def _read_run(
-    cell: Cell, scaling: Scaling | None, besides: Collection[str], problems: list[str]
-) -> dict[str, pd.DataFrame]:
+def _read_run(recipe: Recipe, cell: Cell, tables: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:
     """The tables of one run that are whole; nothing without its evaluation. Adds a line for each that is not."""
-    tables: dict[str, pd.DataFrame] = {}
-
-    def keep(table: str, read: Callable[[], pd.DataFrame]) -> None:
-        try:
-            tables[table] = read()
-        except UserError as error:
-            problems.append(f"{cell.title}: {error}")
-
-    keep("episodes", lambda: read_evaluation(cell))
-    if "episodes" not in tables:
+    try:
+        evaluation = read_evaluation(cell)
+    except UserError as error:
+        problems.append(f"{cell.title}: {error}")
         return {}
-    evaluation = tables["episodes"]
+    trains, scaling = cell.method.algo is not None, recipe.scaling
     readers: dict[str, Callable[[], pd.DataFrame]] = {
         "slots": lambda: read_slots(cell, evaluation),
         "paths": lambda: read_paths(cell, evaluation),
     }
-    if cell.method.algo is not None:
+    if trains:
         readers["curves"] = lambda: read_progress(cell)
-        if cell.evaluation.deterministic:
-            readers["sampled"] = lambda: read_sampled(cell, evaluation)
-    if cell.method.player != BOUND:
+    if trains and cell.evaluation.deterministic:
+        readers["sampled"] = lambda: read_sampled(cell, evaluation)
+    if recipe.regret and cell.method.player != BOUND:
         readers["regrets"] = lambda: read_regrets(cell, evaluation)
     if scaling is not None and cell.key in scaling.methods:
         readers["scaling"] = partial(read_scaling, cell, scaling)
+    found = {"episodes": evaluation}
     for table, read in readers.items():
-        if table in besides:
-            keep(table, read)
-    return tables
+        if table in tables:
+            try:
+                found[table] = read()
+            except UserError as error:
+                problems.append(f"{cell.title}: {error}")
+    return found

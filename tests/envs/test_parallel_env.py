@@ -121,17 +121,9 @@ def test_an_unknown_reset_option_is_named_in_a_warning() -> None:
         LawnEnv(CORRIDOR).reset(options={"mission": (ORIGINS, DESTINATIONS)})
 
 
-def test_action_table_holds_every_displacement_up_to_v_max_and_hovers_first() -> None:
-    env = LawnEnv(PRESETS["paper"])
-    table = env.action_table
-    assert len(np.unique(table, axis=0)) == len(table) == 63  # points of Z^3 within L1 distance 3
-    assert np.abs(table).sum(axis=1).max() == 3
-    assert table[0].tolist() == [0, 0, 0]
-    assert all(env.action_space(agent).n == 63 for agent in env.possible_agents)
-
-
 def test_an_action_moves_its_uav_by_its_displacement() -> None:
     env = LawnEnv(PRESETS["paper"].changed(num_uavs=1))
+    assert env.action_space("uav_0").n == len(env.action_table) == 63
     for index, displacement in enumerate(env.action_table):
         env.reset(options={"missions": ([[5, 5, 1]], [[0, 0, 0]])})
         infos = env.step({"uav_0": index})[4]
@@ -285,12 +277,13 @@ def test_picture_changes_as_uavs_move_and_only_then() -> None:
     env = corridor_env(render_mode="rgb_array")
     first = env.render()
     assert isinstance(first, np.ndarray)
-    assert (first.shape, first.dtype) == ((480, 480, 3), np.uint8)
+    assert first.shape == (480, 480, 3)
+    assert first.dtype == np.uint8
     assert len(np.unique(first.reshape(-1, 3), axis=0)) > 5  # more than a blank page
     env.step(moves(env, uav_0=0, uav_1=0))
     np.testing.assert_array_equal(env.render(), first)
     env.step(moves(env, uav_0=1, uav_1=0))
-    assert not np.array_equal(env.render(), first)
+    assert not np.array_equal(np.asarray(env.render()), first)
 
 
 def test_nothing_is_drawn_unless_asked_for() -> None:

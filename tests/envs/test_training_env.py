@@ -5,8 +5,10 @@ import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from lawn_sb3.envs import TrainingEnv
-from lawn_sb3.game import Missions, Simulator
+from lawn_sb3.errors import UserError
+from lawn_sb3.game import Missions
 from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
 from lawn_sb3.scenario import PRESETS
 from tests.envs.corridor import CORRIDOR, DESTINATIONS, ORIGINS, action
 
@@ -23,7 +25,7 @@ def corridor_env(continuation: Continuation, **kwargs: Any) -> TrainingEnv:
 
 
 def moves(env: TrainingEnv, *displacements: int) -> dict[str, int]:
-    """Actions along x, one an agent."""
+    """Actions along x, one per agent."""
     table = env.simulator.rules.actions
     return {agent: action(table, dx, 0, 0) for agent, dx in zip(env.agents, displacements, strict=True)}
 
@@ -147,19 +149,6 @@ def test_episode_ends_each_uav_once_a_game_and_restarts_when_all_are_done() -> N
     assert restarts >= 3 * (60 // 8)
 
 
-def test_episodes_report_the_rewards_of_one_mission_each() -> None:
-    for continuation in CONTINUATIONS:
-        env, rng = TrainingEnv(SHORT, 2, continuation, seed=2), np.random.default_rng(2)
-        env.reset()
-        total, reported = 0.0, 0.0
-        for _ in range(50):
-            _, rewards, _, _, infos = env.step(random_actions(env, rng))
-            total += sum(rewards.values())
-            reported += sum(info["episode"]["r"] for info in infos.values() if info)
-        running = env.snapshot()[1].sum()  # missions still in the air
-        assert total == pytest.approx(reported + running)
-
-
 def test_a_reset_forgets_the_rewards_of_missions_in_the_air() -> None:
     env = corridor_env("mission")
     env.step(moves(env, 1, 0))
@@ -191,20 +180,28 @@ def test_a_restored_snapshot_goes_on_as_if_nothing_had_happened(continuation: Co
             assert rewards == expected[1]
 
 
-@pytest.mark.parametrize("continuation", CONTINUATIONS)
-def test_everybody_done_at_once_with_one_game_of_one_uav_loses_nothing(continuation: Continuation) -> None:
-    scenario = SHORT.changed(num_uavs=1)
-    env = TrainingEnv(scenario, 1, continuation)
-    twin = Simulator(scenario, 1, seed=4, continuation=continuation)
-    env.reset(seed=4)
-    rng, ends = np.random.default_rng(4), 0
-    for _ in range(60):
-        index = int(rng.integers(twin.num_actions))
-        observations, rewards, _, _, infos = env.step(dict.fromkeys(env.agents, index))
-        outcome = twin.step(np.array([[index]]))
-        ends += (done := bool(outcome.arrived[0, 0] or outcome.timed_out[0, 0]))
-        assert ("episode" in infos["game_0_uav_0"]) == done
-        assert rewards["game_0_uav_0"] == pytest.approx(outcome.reward_terms.sum())
-        twin.go_on()
-        np.testing.assert_array_equal(observations["game_0_uav_0"], env.observer.flat(twin.state)[0, 0])
-    assert ends >= 60 // 8
+# Terms of the reward left out
+
+
+@pytest.mark.parametrize("term", REWARD_TERMS)
+def test_a_term_left_out_is_missing_from_the_reward_and_nothing_else_is(term: RewardTerm) -> None:
+    whole, without = TrainingEnv(SHORT, 8), TrainingEnv(SHORT, 8, without_reward=(term,))
+    rng, missing, ends = np.random.default_rng(0), 0.0, 0
+    for env in (whole, without):
+        env.reset(seed=0)
+    for _ in range(12):
+        actions = random_actions(whole, rng)
+        (seen, rewards, _, _, infos), (seen_too, rest, _, _, infos_too) = whole.step(actions), without.step(actions)
+        left_out = whole.simulator.outcome.reward_terms[..., REWARD_TERMS.index(term)].ravel()
+        np.testing.assert_allclose(np.subtract([*rewards.values()], [*rest.values()]), left_out, atol=1e-12)
+        np.testing.assert_equal(seen, seen_too)
+        np.testing.assert_equal(infos, infos_too)  # missions are scored in full
+        missing += np.abs(left_out).sum()
+        ends += sum("episode" in info for info in infos.values())
+    assert missing > 0.0
+    assert ends > 0
+
+
+def test_an_unknown_term_is_refused() -> None:
+    with pytest.raises(UserError, match=r"unknown reward term 'navi' .did you mean 'nav'"):
+        TrainingEnv(SHORT, 1, without_reward=("navi",))  # type: ignore[arg-type]

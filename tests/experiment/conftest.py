@@ -1,12 +1,15 @@
-"""A cell small enough to be trained in a test."""
+"""A cell small enough to be trained in a test, and checkpoints as often as a test needs them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from lawn_sb3.experiment.checkpoint import Checkpoints
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.experiment.watching import Watch
 from lawn_sb3.scenario import PRESETS
 
 SMALL_EVALUATION = Evaluation(episodes=5, record_every=1, watch_every=100, watch_episodes=3)
@@ -24,3 +27,23 @@ def small_cell(tmp_path: Path) -> Cell:
     )
     scenario = PRESETS["paper"].changed(max_slots=20)
     return Cell("mappo", method, 3, scenario, SMALL_EVALUATION, tmp_path / "mappo" / "seed-3")
+
+
+@pytest.fixture
+def checkpoint_every(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
+    """Sets the env steps between two checkpoints."""
+    original = Checkpoints.__init__
+
+    def choose(every: int) -> None:
+        def chosen(self: Checkpoints, cell: Cell, watch: Watch) -> None:
+            original(self, cell, watch, every=every)
+
+        monkeypatch.setattr(Checkpoints, "__init__", chosen)
+
+    return choose
+
+
+@pytest.fixture
+def often(checkpoint_every: Callable[[int], None]) -> None:
+    """A checkpoint after every rollout."""
+    checkpoint_every(1)

@@ -1,4 +1,4 @@
-"""Evaluation: one raw row an episode and UAV, on missions that a seed fixes."""
+"""Evaluation: one raw row per episode and UAV, on missions that a seed fixes."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.evaluation import COLUMNS, evaluate, fly, summarize
+from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator
@@ -64,29 +64,6 @@ def test_a_failed_mission_has_flown_until_the_deadline_and_has_no_utility() -> N
     assert len(failed)
     assert (failed["slots"] == PAPER.max_slots).all()
     assert (failed["utility_mbps"] == 0.0).all()
-
-
-def test_summary_by_hand() -> None:
-    # Two episodes of two UAVs.
-    rows = pd.DataFrame(
-        [
-            (0, 0, 1.0, 10.0, 2, 2, True, 10.0, 0, 4, 1.0),
-            (0, 1, 2.0, 20.0, 4, 2, True, 10.0, 1, 4, 1.0),
-            (1, 0, 3.0, 30.0, 8, 2, False, 0.0, 0, 8, 1.0),
-            (1, 1, 4.0, 40.0, 2, 2, True, 40.0, 1, 8, 1.0),
-        ],
-        columns=list(COLUMNS),
-    )
-    assert summarize(rows) == {
-        "reward": 2.5,  # (1 + 2 + 3 + 4) / 4
-        "rate_mbps": 25.0,
-        "makespan_slots": 6.0,  # (4 + 8) / 2
-        "completion_slots": 4.0,  # (2 + 4 + 8 + 2) / 4
-        "success_percent": 75.0,
-        "utility_mbps": 15.0,  # 60 / 4
-        "welfare_mbps": 30.0,  # (20 + 40) / 2
-        "collisions": 0.5,
-    }
 
 
 def test_no_episode_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""An IQL run is complete, repeatable and resumed after a cut: its replays come back with the checkpoint."""
+"""An IQL run is complete, repeatable and resumed after an interruption: its replays come back with the checkpoint."""
 
 from __future__ import annotations
 
@@ -9,19 +9,17 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-import torch as th
 
 from lawn_sb3.algos.iql import IQL
-from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.checkpoint import HasMemory
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.run_directory.files import SAMPLED_FILE
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
 from tests.experiment.conftest import SMALL_EVALUATION
-from tests.experiment.test_cell import CutError, cut_at, ignore, often, parameters
-
-__all__ = ["often"]
+from tests.experiment.training import assert_equal_runs, ignore, resumed
 
 
 def small_iql_cell(directory: Path, **settings: Any) -> Cell:
@@ -51,20 +49,10 @@ def small_iql_cell(directory: Path, **settings: Any) -> Cell:
         (26, {"n_steps": 3, "train_freq": 2}),
     ],
 )
-def test_a_cut_training_resumes_as_if_there_had_been_no_cut(tmp_path: Path, limit: int, settings: Any) -> None:
-    whole, cut = (small_iql_cell(tmp_path / name, **settings) for name in ("whole", "cut"))
-    run_cell(whole, ignore)
-    with pytest.raises(CutError):
-        run_cell(cut, cut_at(limit))
-    np.random.seed(0)
-    th.manual_seed(0)
-    reports: list[int] = []
-    run_cell(cut, reports.append)
-    assert 0 < reports[0] < limit
-    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
-        assert (cut.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
-    for name, value in parameters(cut).items():
-        assert th.equal(value, parameters(whole)[name]), name
+def test_an_interrupted_training_resumes_as_if_nothing_had_happened(
+    tmp_path: Path, limit: int, settings: dict[str, Any]
+) -> None:
+    assert 0 < resumed(small_iql_cell(tmp_path / "iql", **settings), limit)[0] < limit
 
 
 def test_equal_cells_leave_equal_bytes(tmp_path: Path) -> None:
@@ -72,8 +60,7 @@ def test_equal_cells_leave_equal_bytes(tmp_path: Path) -> None:
     twin = replace(cell, directory=tmp_path / "twin")
     for each in (cell, twin):
         run_cell(each, ignore)
-    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
-        assert (cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
+    assert_equal_runs(cell, twin)
 
 
 def test_a_finished_run_plays_as_it_was_evaluated(tmp_path: Path) -> None:

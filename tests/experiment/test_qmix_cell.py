@@ -1,4 +1,4 @@
-"""A cell of QMIX: whole games by default, and resumed after a cut as if there had been none, replay included."""
+"""A cell of QMIX: whole games by default, and resumed as if never interrupted, replay included."""
 
 from __future__ import annotations
 
@@ -9,17 +9,15 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-import torch as th
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment import checkpoint
-from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method, parse_method
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
 from tests.experiment.conftest import SMALL_EVALUATION
-from tests.experiment.test_cell import CutError, cut_at, ignore, parameters
+from tests.experiment.training import assert_equal_runs, ignore, resumed
 
 SETTINGS = {
     "buffer_size": 60, "learning_starts": 80, "batch_size": 16, "target_update_interval": 7,
@@ -33,20 +31,6 @@ def team_cell(tmp_path: Path) -> Cell:
     values = {"label": "QMIX", "algo": "qmix", "env_steps": 120, "num_games": 3, "settings": SETTINGS}
     scenario = PRESETS["paper"].changed(max_slots=9)
     return Cell("qmix", parse_method(values), 3, scenario, SMALL_EVALUATION, tmp_path / "qmix" / "seed-3")
-
-
-@pytest.fixture
-def checkpoint_every(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
-    """Sets the env steps between two checkpoints."""
-    original = checkpoint.Checkpoints.__init__
-
-    def choose(every: int) -> None:
-        def chosen(self: checkpoint.Checkpoints, cell: Cell, watch: object) -> None:
-            original(self, cell, watch, every=every)  # type: ignore[arg-type]
-
-        monkeypatch.setattr(checkpoint.Checkpoints, "__init__", chosen)
-
-    return choose
 
 
 def test_whole_games_and_the_monotonic_mixer_are_the_default(team_cell: Cell) -> None:
@@ -63,32 +47,19 @@ def test_renewed_missions_are_refused_in_one_line(team_cell: Cell) -> None:
 
 @pytest.mark.parametrize("policy", ["monotonic_mixer", "additive_mixer"])
 @pytest.mark.parametrize("limit", [12, 51, 117])  # before the first update; replay half full; replay overflown
-def test_a_cut_training_resumes_as_if_there_had_been_no_cut(
-    team_cell: Cell, tmp_path: Path, checkpoint_every: Callable[[int], None], limit: int, policy: str
+def test_an_interrupted_training_resumes_as_if_nothing_had_happened(
+    team_cell: Cell, checkpoint_every: Callable[[int], None], limit: int, policy: str
 ) -> None:
-    cell = replace(team_cell, method=team_cell.method.model_copy(update={"policy": policy}))
-    whole = replace(cell, directory=tmp_path / "whole")
     checkpoint_every(3)
-    run_cell(whole, ignore)
-    with pytest.raises(CutError):
-        run_cell(cell, cut_at(limit))
-    np.random.seed(0)
-    th.manual_seed(0)
-    reports: list[int] = []
-    run_cell(cell, reports.append)
-    assert reports[0] == limit - 3
-    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
-        assert (cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
-    for name, value in parameters(cell).items():
-        assert th.equal(value, parameters(whole)[name]), name
+    cell = replace(team_cell, method=team_cell.method.model_copy(update={"policy": policy}))
+    assert resumed(cell, limit)[0] == limit - 3
 
 
 def test_equal_cells_leave_equal_bytes_and_play_as_they_were_evaluated(team_cell: Cell, tmp_path: Path) -> None:
     twin = replace(team_cell, directory=tmp_path / "twin")
     for cell in (team_cell, twin):
         run_cell(cell, ignore)
-    for name in ("evaluation.csv", "progress.csv", "config.yaml"):
-        assert (team_cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
+    assert_equal_runs(team_cell, twin)
     again = load_run(team_cell.directory)
     assert again == team_cell
     rows = evaluate(load_player(again), again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed)

@@ -68,8 +68,11 @@ def test_a_policy_of_no_algorithm_is_refused_with_what_is_allowed() -> None:
 
 
 def test_settings_are_those_of_the_constructors_and_of_what_they_hand_on_to() -> None:
-    """``clip_range`` is named by MAPPO itself; ``use_sde`` by PPO alone; QMIX knows neither."""
+    """``normalize_value`` is MAPPO's own, ``clip_range`` SB3's; of DQN's settings IQL and QMIX refuse some."""
     assert {"clip_range", "use_sde", "normalize_value", "ent_coef", "n_steps"} <= accepted_settings("mappo")
-    assert "kwargs" not in accepted_settings("mappo")
-    assert not {"clip_range", "use_sde"} & accepted_settings("qmix")
+    assert {"double_q", "share_parameters", "n_steps", "max_grad_norm"} <= accepted_settings("iql")
+    assert {"double_q", "target_update_interval"} <= accepted_settings("qmix")
+    for name in ALGORITHMS:
+        assert not {"args", "kwargs", "self", "optimize_memory_usage"} & accepted_settings(name)
+    assert not {"clip_range", "use_sde", "n_steps"} & accepted_settings("qmix")
     assert set(ALGORITHMS) == set(TAKES)

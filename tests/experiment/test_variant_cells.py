@@ -13,14 +13,14 @@ import torch as th
 from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.envs import Observer
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment import checkpoint
-from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import ModelPlayer, build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
-from tests.experiment.test_cell import CutError, cut_at, ignore, parameters
+from tests.experiment.training import ignore, parameters, resumed
 
 POLICIES = {"masked": MaskableMAPPO, "recurrent": RecurrentMAPPO, "separate_actors": MAPPO, "set_critic": MAPPO}
 
@@ -40,22 +40,10 @@ def test_the_policy_decides_on_the_class_of_the_algorithm(cell: Cell) -> None:
     assert type(build_model(cell)) is POLICIES[cell.method.policy]
 
 
+@pytest.mark.usefixtures("often")
 @pytest.mark.parametrize("limit", [64, 192])
-def test_a_cut_training_resumes_as_if_there_had_been_no_cut(
-    cell: Cell, tmp_path: Path, limit: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    original = checkpoint.Checkpoints.__init__
-    monkeypatch.setattr(checkpoint.Checkpoints, "__init__", lambda *given: original(*given, every=1))
-    run_cell(cell, ignore)
-    cut = replace(cell, directory=tmp_path / "cut")
-    with pytest.raises(CutError):
-        run_cell(cut, cut_at(limit))
-    th.manual_seed(0)
-    run_cell(cut, ignore)
-    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
-        assert (cut.directory / name).read_bytes() == (cell.directory / name).read_bytes(), name
-    for name, value in parameters(cut).items():
-        assert th.equal(value, parameters(cell)[name]), name
+def test_an_interrupted_training_resumes_as_if_nothing_had_happened(cell: Cell, limit: int) -> None:
+    resumed(cell, limit)
 
 
 def test_a_finished_run_plays_as_it_was_evaluated(cell: Cell) -> None:
@@ -64,7 +52,7 @@ def test_a_finished_run_plays_as_it_was_evaluated(cell: Cell) -> None:
     given = again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed
     rows = evaluate(load_player(again), *given)
     saved = (cell.directory / "evaluation.csv").read_text(encoding="utf-8")
-    assert rows.to_csv(index=False, float_format="%.9g", lineterminator="\n") == saved
+    assert rows_as_text(rows) == saved
 
 
 def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_cell: Cell, tmp_path: Path) -> None:

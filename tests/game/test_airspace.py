@@ -19,6 +19,7 @@ from lawn_sb3.game.airspace import (
     is_inside,
     min_slots,
     move,
+    moves_in_time,
     stop_at,
 )
 from lawn_sb3.scenario import PRESETS
@@ -98,7 +99,16 @@ def test_flying_through_misses_a_destination_off_the_way(missed: Voxel) -> None:
     assert stop_at((0, 0, 0), (2, 1, 2), missed) == (2, 1, 2)
 
 
-# Least flight times and distances
+# In-time moves, least flight times and distances
+
+
+def test_in_time_moves_of_a_mission_worked_out_by_hand() -> None:
+    # From (0, 0, 0) to (4, 0, 0) with v_max = 3 in two slots: the first move has to leave at most three steps.
+    moves = action_table(3)
+    allowed = moves_in_time(np.array([0, 0, 0]), np.array([4, 0, 0]), np.array(2), moves, (10, 10, 3), 3)
+    steps_left = np.abs(moves - [4, 0, 0]).sum(axis=1)
+    np.testing.assert_array_equal(allowed, (moves >= 0).all(axis=1) & (steps_left <= 3))
+    assert not allowed[0]  # hovering leaves four steps for one slot
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game import Missions, Simulator, draw_missions
@@ -106,15 +107,6 @@ def test_snapshot_of_another_shape_is_refused() -> None:
 
 @given(scenario=scenarios(), seed=SEEDS)
 @settings(max_examples=50)
-def test_missions_of_a_new_game_never_overlap(scenario: Scenario, seed: int) -> None:
-    simulator = Simulator(scenario, 2, seed)
-    everybody = np.ones(scenario.num_uavs, dtype=bool)
-    for game in range(2):
-        assert len(set(ends(simulator, game, everybody))) == 2 * scenario.num_uavs
-
-
-@given(scenario=scenarios(), seed=SEEDS)
-@settings(max_examples=50)
 def test_new_mission_never_overlaps_with_those_in_flight(scenario: Scenario, seed: int) -> None:
     simulator = Simulator(scenario, 2, seed, "mission")
     for played in random_play(simulator, seed, slots=20):
@@ -125,17 +117,6 @@ def test_new_mission_never_overlaps_with_those_in_flight(scenario: Scenario, see
             new = ends(simulator, game, ~still_flying)
             assert len(set(new)) == len(new)
             assert in_flight.isdisjoint(new)
-
-
-def test_new_mission_starts_the_clock_and_the_rate_anew() -> None:
-    simulator = Simulator(SMALL, 20, seed=7, continuation="mission")
-    for played in random_play(simulator, seed=1, slots=20):
-        simulator.go_on()
-        new = ~played.state.flying
-        assert not simulator.state.slot[new].any()
-        assert not simulator.state.ema_rate_mbps[new].any()
-        steps = np.abs(simulator.state.position - simulator.state.destination).sum(axis=-1)
-        assert (simulator.state.min_slots[new] == np.ceil(steps[new] / 3)).all()
 
 
 def test_explicit_missions_are_flown() -> None:
@@ -215,6 +196,31 @@ def test_nothing_happens_to_uavs_that_are_down_until_they_go_on() -> None:
     *_, later = random_play(simulator, seed=2, slots=3)
     assert_equal([*later.state], [*last.state])
     assert [np.count_nonzero(field) for field in later.outcome] == [0] * len(later.outcome)
+
+
+# In-time moves
+
+
+@given(seed=SEEDS, slack=st.integers(0, 3))
+def test_whoever_keeps_to_in_time_moves_arrives_in_time(seed: int, slack: int) -> None:
+    simulator, rng = Simulator(PAPER.changed(num_uavs=5), 3, seed, "episode"), np.random.default_rng(seed)
+    state, slots = simulator.state, np.zeros((3, 5))
+    while state.flying.any():
+        allowed = simulator.allowed_moves(slack)
+        assert allowed.any(axis=-1).all()
+        actions = np.where(allowed, rng.random(allowed.shape), -1.0).argmax(axis=-1)
+        outcome = simulator.step(actions)
+        slots[outcome.arrived] = state.slot[outcome.arrived]
+        assert not outcome.timed_out.any()
+    assert (slots >= state.min_slots).all()
+    assert (slots <= state.min_slots + slack).all()
+
+
+def test_in_time_moves_never_outlast_the_deadline() -> None:
+    simulator = Simulator(PAPER.changed(max_slots=7), 50, 0, "episode")
+    while simulator.state.flying.any():
+        allowed = simulator.allowed_moves(slack=90)
+        assert not simulator.step(allowed.argmax(axis=-1)).timed_out.any()  # hovers for as long as it may
 
 
 # Sizes

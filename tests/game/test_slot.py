@@ -95,12 +95,6 @@ def test_a_whole_game_gives_what_is_worked_out_by_hand() -> None:
     assert welfare(utilities + third.utility_mbps) == pytest.approx([29.048], abs=5e-4)
 
 
-def test_rb_share_of_three_uavs_in_a_cell_is_floored() -> None:
-    outcome = fly(lane_game((0, 5), (1, 5), (2, 5)), 0, 0, -1)
-    assert outcome.num_rbs.tolist() == [[3, 3, 3]]
-    assert outcome.rate_mbps[0] == pytest.approx([6.0, 6.0, 6.0])
-
-
 def test_each_gbs_shares_its_own_rbs() -> None:
     # The 4 RBs of cell 0 carry 8 Mbps; two UAVs share the one RB of cell 1 and get none.
     outcome = fly(lane_game((0, 5), (2, 5), (3, 5), rbs_per_gbs=(4, 1, 10)), 0, 0, 0)
@@ -158,14 +152,6 @@ def test_arrival_in_the_slot_of_the_deadline_is_in_time() -> None:
     assert last.timed_out.tolist() == [[False]]
     # 20 Mbps throughout; U = 20 * ceil(5 / 2) / 4 = 15
     assert last.utility_mbps[0] == pytest.approx([15.0])
-
-
-def test_uav_that_is_down_gives_nothing() -> None:
-    game = lane_game((0, 1), (2, 5))
-    fly(game, 1, 0)
-    outcome = fly(game, 2, 0)
-    assert xs(game) == [1, 2]
-    assert [np.count_nonzero(field[0, 0]) for field in outcome] == [0] * len(outcome)
 
 
 # Readings

@@ -103,34 +103,18 @@ def test_worst_equilibrium_is_worth_no_more_than_the_best_of_the_same_searches(s
 
 @given(scenario=tiny_scenarios(), seed=SEEDS)
 @settings(max_examples=40)
-def test_the_welfare_ascent_never_ends_below_any_of_its_starts(scenario: Scenario, seed: int) -> None:
+def test_the_welfare_ascent_never_ends_below_a_start_nor_below_an_equilibrium_found_from_it(
+    scenario: Scenario, seed: int
+) -> None:
     simulator, player = Simulator(scenario, seed=seed), WelfarePlayer(starts=4)
     assume(all_can_arrive(simulator))
     rules, state, rng = simulator.rules, simulator.state, np.random.default_rng(seed)
     starts = [routes_alone(rules, state, 0, DEFAULT_SLACK)]
     starts += [straight_routes(rules, state, 0, DEFAULT_SLACK, rng) for _ in range(player.starts - 1)]
     worths_mbps = [plan_worth_mbps(rules, state, 0, start, 0, True) for start in starts]
+    worths_mbps.append(worth_mbps(EquilibriumPlayer(starts=4), simulator, seed))
     assert worth_mbps(player, simulator, seed) >= max(worths_mbps) - 1e-9 * abs(max(worths_mbps))
     assert (player.searches, player.cycles, player.unsettled) == (8, 0, 0)  # from each start, and its equilibrium
-
-
-@given(scenario=tiny_scenarios(), seed=SEEDS)
-@settings(max_examples=40)
-def test_the_welfare_ascent_never_ends_below_an_equilibrium_of_the_same_starts(scenario: Scenario, seed: int) -> None:
-    simulator = Simulator(scenario, seed=seed)
-    assume(all_can_arrive(simulator))
-    selfish = worth_mbps(EquilibriumPlayer(starts=4), simulator, seed)
-    assert worth_mbps(WelfarePlayer(starts=4), simulator, seed) >= selfish - 1e-9 * abs(selfish)
-
-
-def test_in_every_mission_welfare_lies_above_equilibrium_and_equilibrium_above_the_worst() -> None:
-    welfare, best, worst = (
-        evaluate(player_type(starts=8), PAPER, 100, seed=1).groupby("episode")["utility_mbps"].sum()
-        for player_type in (WelfarePlayer, EquilibriumPlayer, WorstEquilibriumPlayer)
-    )
-    assert (welfare >= best - 1e-9).all()
-    assert (best >= worst - 1e-9).all()
-    assert welfare.mean() > best.mean() > worst.mean()
 
 
 def test_fixed_points_come_before_the_rest_and_then_the_welfare_decides(monkeypatch: pytest.MonkeyPatch) -> None:

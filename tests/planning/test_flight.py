@@ -49,7 +49,7 @@ def corridor_game(goal_x: int = 2, **changes: Any) -> Simulator:
 
 def best_among(
     *other_x: int, max_slots: int = 3, slack: int = 9, effect_mbps: float = 0.0, **changes: Any
-) -> tuple[int, float, list[int]]:
+) -> tuple[int, Any, list[int]]:
     """Slots, worth and path of the best flight, the other UAV being at these x in slots 1, 2, ... until it is done.
 
     :param effect_mbps: what being in the cell of voxel 2 in slot 2 changes for others

@@ -155,11 +155,7 @@ def test_a_mission_beyond_the_deadline_is_refused_by_name(make: Callable[[], Pla
     origins, destinations = np.stack([ORIGINS] * 2), np.stack([DESTINATIONS] * 2)
     origins[1], destinations[1] = [[1, 0, 0], [0, 0, 0]], [[2, 0, 0], [3, 0, 0]]
     simulator.reset(missions=Missions(origins, destinations))
-    message = (
-        r"UAV 1 of game 1 cannot fly its mission: from \[0, 0, 0\] to \[3, 0, 0\] takes at least 3 slots, "
-        r"and 2 are left of T_max = 2"
-    )
-    with pytest.raises(UserError, match=message):
+    with pytest.raises(UserError, match="UAV 1 of game 1 cannot fly its mission"):
         make().start(simulator, np.random.default_rng(0))
 
 

@@ -10,7 +10,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game import Missions
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import ShortestPathPlayer
-from lawn_sb3.scenario import PRESETS
+from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, scenarios
 
 PAPER = PRESETS["paper"]
@@ -18,7 +18,7 @@ PAPER = PRESETS["paper"]
 
 @given(scenarios(), SEEDS)
 @settings(max_examples=40, deadline=None)
-def test_every_mission_takes_its_least_time(scenario, seed: int) -> None:  # type: ignore[no-untyped-def]
+def test_every_mission_takes_its_least_time(scenario: Scenario, seed: int) -> None:
     rows = evaluate(ShortestPathPlayer(), scenario, 3, seed)
     in_time = rows["min_slots"] <= scenario.max_slots
     assert (rows["arrived"] == in_time).all()

@@ -59,7 +59,7 @@ class Flown(NamedTuple):
 
 
 @st.composite
-def tiny_scenarios(draw: st.DrawFn, **fixed: Any) -> Scenario:
+def tiny_scenarios(draw: st.DrawFn, /, **fixed: Any) -> Scenario:
     """Scenarios of two or three UAVs and two or three GBSs in up to 3 x 2 x 2 voxels, with all readings."""
     width, length, layers = draw(st.sampled_from(GRIDS))
     max_voxel_steps, max_slots = draw(st.sampled_from(HORIZONS))
@@ -81,7 +81,7 @@ def tiny_scenarios(draw: st.DrawFn, **fixed: Any) -> Scenario:
 
 
 @st.composite
-def begun_games(draw: st.DrawFn, of: st.SearchStrategy[Scenario]) -> Simulator:
+def begun_games(draw: st.DrawFn, /, of: st.SearchStrategy[Scenario]) -> Simulator:
     """One game at its start, or after some slots of random play: clocks differ then, and UAVs may be done.
 
     Half of the games have missions that may share a destination, which drawn ones never do.
@@ -106,7 +106,7 @@ def _crossing_missions(scenario: Scenario, rng: np.random.Generator) -> Missions
 
 
 @st.composite
-def situations(draw: st.DrawFn, **fixed: Any) -> Situation:
+def situations(draw: st.DrawFn, /, **fixed: Any) -> Situation:
     """A tiny game, its UAVs flying at random or, where that is possible, straight; and one of those that fly."""
     simulator, slack = draw(begun_games(tiny_scenarios(**fixed))), draw(st.sampled_from([0, 1, ANY_SLACK]))
     rng = np.random.default_rng(draw(SEEDS))
@@ -129,7 +129,7 @@ def among(simulator: Simulator, plan: Plan, uavs: list[int]) -> tuple[Simulator,
     """The same game and plan with these UAVs only."""
     fewer = Simulator(simulator.scenario.changed(num_uavs=len(uavs)), 1, seed=0)
     state, random_state = simulator.snapshot()
-    kept = State(*(array[:, uavs] for array in state[:-2]), state.cell_load, state.past_load)
+    kept = State._make([*(array[:, uavs] for array in state[:-2]), state.cell_load, state.past_load])
     fewer.restore(Snapshot(kept, random_state))
     return fewer, Plan(plan.voxels[uavs], plan.slots[uavs])
 
@@ -153,7 +153,7 @@ def fly(simulator: Simulator, actions: np.ndarray) -> Flown:
     num_games, num_uavs = actions.shape[1:]
     games = Simulator(simulator.scenario, num_games, seed=0)
     state, random_state = simulator.snapshot()
-    games.restore(Snapshot(State(*(np.repeat(array, num_games, axis=0) for array in state)), random_state))
+    games.restore(Snapshot(State._make(np.repeat(array, num_games, axis=0) for array in state), random_state))
     voxels, in_air = [games.state.position.copy()], []
     utilities_mbps, collisions = np.zeros((num_games, num_uavs)), np.zeros((num_games, num_uavs), dtype=np.int64)
     marked, arrived = np.zeros_like(collisions), np.zeros(collisions.shape, dtype=np.bool_)

@@ -15,7 +15,6 @@ from lawn_sb3.paper.checks.kept import checks_folder
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.document import page as page_of
-from lawn_sb3.report.style import colours
 from lawn_sb3.results.results import read_results
 
 COMMAND = "lawn-sb3 report runs/small.yaml"
@@ -171,15 +170,3 @@ def test_the_bound_is_in_no_table_or_figure_of_uavs_that_meet(planned: Recipe, p
 def test_without_any_run_there_is_no_report(recipe: Recipe, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="no finished run"):
         build_report(recipe, cells(recipe, tmp_path / "empty"), COMMAND)
-
-
-def test_a_method_keeps_its_colour_whatever_is_beside_it() -> None:
-    everyone = colours(["random", "iql", "qmix", "mappo", "mappo-state", "mine", "yours"])
-    assert len(set(everyone.values())) == 7
-    for key in ("random", "mappo", "qmix"):
-        assert colours([key])[key] == everyone[key]
-
-
-def test_provenance_names_commit_versions_and_command(small_cells: list[Cell]) -> None:
-    record = json.loads((small_cells[0].directory / "provenance.json").read_text())
-    assert {"command", "commit", "versions", "hardware", "started", "train_seconds"} <= set(record)

@@ -66,6 +66,7 @@ def test_panels_are_laid_out_in_even_rows(count: int, shape: tuple[int, int]) ->
     assert grid_shape(count) == shape
     assert len(axes) == len(figure.axes) == count
     grid = axes[0].get_gridspec()
+    assert grid is not None
     assert (grid.nrows, grid.ncols) == shape
     axes[0].set(xlim=(0, 7), ylim=(0, 3))
     assert all(ax.get_xlim() == (0, 7) and ax.get_ylim() == (0, 3) for ax in axes)

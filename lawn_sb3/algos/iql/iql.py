@@ -1,4 +1,4 @@
-"""Independent Q-learning: N of SB3's DQN or QRDQN, one a UAV, in one shared flattened environment."""
+"""Independent Q-learning: N of SB3's DQN or QRDQN, one per UAV, in one shared flattened environment."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ import torch as th
 from numpy.typing import NDArray
 from sb3_contrib import QRDQN
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
-from stable_baselines3.common.buffers import ReplayBuffer
+from stable_baselines3 import DQN
 from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.noise import ActionNoise
-from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 from stable_baselines3.common.save_util import load_from_pkl
-from stable_baselines3.common.type_aliases import GymEnv, Schedule
+from stable_baselines3.common.type_aliases import GymEnv
 from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
 from lawn_sb3.algos.common.in_time import draw_allowed
@@ -28,118 +27,70 @@ from lawn_sb3.algos.iql.views import LearnerViews
 from lawn_sb3.envs.observation import ObservationLayout
 from lawn_sb3.game.simulator import Continuation
 
+HANDED_ON = (
+    "learning_rate",
+    "batch_size",  # QRDQN's Adam depends on it
+    "tau",
+    "gamma",
+    "replay_buffer_class",
+    "n_steps",
+    "exploration_fraction",
+    "exploration_initial_eps",
+    "exploration_final_eps",
+    "max_grad_norm",
+)
+"""Settings that every learner has as they are."""
 
-class IQL(OffPolicyAlgorithm):
+
+class IQL(DQN):
     """Every UAV learns by itself from its own o_i; the others are part of its environment.
 
     SB3's off-policy loop steps the environment once for all; every learner has a replay, networks and an optimiser of
     its own and is trained by its own class: SB3's ``DQN`` with a ``DQNPolicy``, sb3-contrib's ``QRDQN`` with a
-    ``QRDQNPolicy``. Takes what SB3's ``DQN`` takes, with the same defaults whatever the learner, but for
-    ``optimize_memory_usage``. Where SB3 counts steps of a learner, each UAV counts its own, so the unit is env steps;
-    only ``learn(total_timesteps)`` counts agent steps, N in every env step.
+    ``QRDQNPolicy``.
+
+    Takes what SB3's ``DQN`` takes but for ``optimize_memory_usage``, with the same defaults whatever the learner. Where
+    SB3 counts steps of a learner, each UAV counts its own: ``buffer_size``, ``learning_starts`` and
+    ``target_update_interval`` are in env steps, ``train_freq`` is in vector steps (slots of all games), and
+    ``gradient_steps`` and ``batch_size`` are for each learner. Only ``learn(total_timesteps)`` counts agent steps, N in
+    every env step. Of ``policy_kwargs`` with neither ``optimizer_class`` nor ``optimizer_kwargs``, ``QRDQN`` makes an
+    Adam with an epsilon of 0.01 / batch_size.
 
     :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.LEARNERS` over o_i
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
-    :param learning_rate: learning rate, or a schedule of the progress remaining
-    :param buffer_size: env steps that each UAV remembers
-    :param learning_starts: env steps of uniformly random play before the first update
-    :param batch_size: transitions in a minibatch of one learner
-    :param tau: share of the online network in a target update; 1 copies it
-    :param gamma: discount factor
-    :param train_freq: vector steps (slots of all games) between updates
-    :param gradient_steps: minibatches of each learner at an update; -1 for one for each transition it got
-    :param replay_buffer_class: class of each learner's replay
-    :param replay_buffer_kwargs: its additional arguments
-    :param n_steps: length of multi-step returns
-    :param target_update_interval: env steps between updates of the target networks, rounded down to vector steps
-    :param exploration_fraction: share of the training in which epsilon falls
-    :param exploration_initial_eps: epsilon at the start
-    :param exploration_final_eps: epsilon from then on
-    :param max_grad_norm: clip the norm of the gradient; infinity for no clipping
-    :param stats_window_size: missions averaged over in the log
-    :param tensorboard_log: where to log for TensorBoard
-    :param policy_kwargs: additional arguments of each learner's policy; with neither ``optimizer_class`` nor
-        ``optimizer_kwargs``, ``QRDQN`` gives Adam an epsilon of 0.01 / batch_size
-    :param verbose: as in SB3
-    :param seed: seed of networks, exploration, minibatches and missions
-    :param device: as in SB3
+    :param args: settings of ``DQN``, in its order
     :param double_q: let the online network pick the next action that the target network judges; for a ``DQNPolicy``
     :param share_parameters: one network for all UAVs, which also sees the UAV's index: no longer independent learners
     :param _init_setup_model: whether to build the networks at once
+    :param kwargs: settings of ``DQN``, by name
     :raises ValueError: if it has no learner for the policy class, or cannot learn in the environment
     """
 
     policy_aliases: ClassVar[dict[str, type[BasePolicy]]] = {"MlpPolicy": MlpPolicy}
-    policy: IndependentPolicy
+    policy: IndependentPolicy  # type: ignore[assignment]
     layout: ObservationLayout
     replay_buffer: ReplayRouter  # type: ignore[assignment]
 
     continuation: ClassVar[Continuation] = "mission"
     """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
+    not_taken: ClassVar[frozenset[str]] = frozenset({"optimize_memory_usage"})
+    """Settings of ``DQN`` that it refuses: a checkpoint keeps next observations too."""
 
     def __init__(
         self,
         policy: str | type[DQNPolicy | QRDQNPolicy],
         env: GymEnv | str,
-        learning_rate: float | Schedule = 1e-4,
-        buffer_size: int = 1_000_000,
-        learning_starts: int = 100,
-        batch_size: int = 32,
-        tau: float = 1.0,
-        gamma: float = 0.99,
-        train_freq: int | tuple[int, str] = 4,
-        gradient_steps: int = 1,
-        replay_buffer_class: type[ReplayBuffer] | None = None,
-        replay_buffer_kwargs: dict[str, Any] | None = None,
-        n_steps: int = 1,
-        target_update_interval: int = 10_000,
-        exploration_fraction: float = 0.1,
-        exploration_initial_eps: float = 1.0,
-        exploration_final_eps: float = 0.05,
-        max_grad_norm: float = 10.0,
-        stats_window_size: int = 100,
-        tensorboard_log: str | None = None,
-        policy_kwargs: dict[str, Any] | None = None,
-        verbose: int = 0,
-        seed: int | None = None,
-        device: th.device | str = "auto",
+        *args: Any,
         double_q: bool = False,
         share_parameters: bool = False,
         _init_setup_model: bool = True,
+        **kwargs: Any,
     ) -> None:
-        super().__init__(
-            policy,
-            env,
-            learning_rate,
-            buffer_size,
-            learning_starts,
-            batch_size,
-            tau,
-            gamma,
-            train_freq,
-            gradient_steps,
-            replay_buffer_class=replay_buffer_class,
-            replay_buffer_kwargs=replay_buffer_kwargs,
-            n_steps=n_steps,
-            policy_kwargs=policy_kwargs,
-            stats_window_size=stats_window_size,
-            tensorboard_log=tensorboard_log,
-            verbose=verbose,
-            device=device,
-            support_multi_env=True,
-            seed=seed,
-            sde_support=False,
-        )
-        self.target_update_interval = target_update_interval
-        self.exploration_fraction = exploration_fraction
-        self.exploration_initial_eps = exploration_initial_eps
-        self.exploration_final_eps = exploration_final_eps
-        self.exploration_rate = 0.0
-        self.max_grad_norm = max_grad_norm
-        self.double_q = double_q
-        self.share_parameters = share_parameters
+        if refused := self.not_taken & kwargs.keys():
+            raise TypeError(f"IQL takes no {', '.join(sorted(refused))}")
+        super().__init__(policy, env, *args, _init_setup_model=False, **kwargs)  # type: ignore[arg-type, misc]
+        self.double_q, self.share_parameters = double_q, share_parameters
         self.learners: list[Learner] = []
-        self._n_calls = 0
         if self.env is not None:
             if not self.env.has_attr("layout"):
                 raise ValueError("IQL needs an environment with a layout, from make_vec_env")
@@ -150,7 +101,7 @@ class IQL(OffPolicyAlgorithm):
         if _init_setup_model:
             self._setup_model()
 
-    def _setup_model(self) -> None:
+    def _setup_model(self) -> None:  # in place of SB3's, which builds one network and one replay
         if self.env is not None and self.env.get_attr("layout", [0])[0] != self.layout:
             raise ValueError(f"the model is for games of {self.layout}, the environment has other ones")
         self._setup_lr_schedule()
@@ -175,22 +126,13 @@ class IQL(OffPolicyAlgorithm):
         learner = made_of(
             self.policy_class,  # type: ignore[arg-type]
             None,  # type: ignore[arg-type]
-            self.learning_rate,
             buffer_size=self.buffer_size * views.uavs_each,
-            batch_size=self.batch_size,  # QRDQN's Adam depends on it
-            tau=self.tau,
-            gamma=self.gamma,
-            replay_buffer_class=self.replay_buffer_class,
             replay_buffer_kwargs=dict(self.replay_buffer_kwargs),
-            n_steps=self.n_steps,
             target_update_interval=self.target_update_interval * views.uavs_each,
-            exploration_fraction=self.exploration_fraction,
-            exploration_initial_eps=self.exploration_initial_eps,
-            exploration_final_eps=self.exploration_final_eps,
-            max_grad_norm=self.max_grad_norm,
             policy_kwargs=policy_kwargs,
             device=self.device,
             _init_setup_model=False,
+            **{name: getattr(self, name) for name in HANDED_ON},
         )
         learner.observation_space = views.space()
         learner.action_space = self.action_space

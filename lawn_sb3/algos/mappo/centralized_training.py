@@ -24,16 +24,16 @@ from lawn_sb3.game.simulator import Continuation
 
 
 class CentralizedTraining(OnPolicyAlgorithm):
-    """Goes in front of a PPO of SB3 or sb3-contrib, whose constructor's arguments it takes, by keyword.
+    """Mixin for SB3's or sb3-contrib's PPO: takes what that PPO takes.
 
-    :param policy: a policy class
+    :param policy: a policy class; one with :class:`CTDEViews` is given the environment's ``layout``
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
+    :param args: settings of that PPO, in its order
     :param ent_coef: entropy coefficient c_e, or a schedule of the progress remaining
     :param rollout_buffer_class: ``default_buffer_class`` or a subclass
-    :param policy_kwargs: additional arguments of the policy; it is given the environment's ``layout``
     :param normalize_value: train the critic on returns of zero mean and unit variance
     :param _init_setup_model: whether to build the networks at once
-    :param kwargs: what else that PPO takes
+    :param kwargs: settings of that PPO, by name
     :raises ValueError: if policy, environment or buffer do not fit
     """
 
@@ -48,10 +48,9 @@ class CentralizedTraining(OnPolicyAlgorithm):
         self,
         policy: str | type[BasePolicy],
         env: GymEnv | str,
-        *,
+        *args: Any,
         ent_coef: float | Schedule = 0.0,
         rollout_buffer_class: type[RolloutBuffer] | None = None,
-        policy_kwargs: dict[str, Any] | None = None,
         normalize_value: bool = True,
         _init_setup_model: bool = True,
         **kwargs: Any,
@@ -59,11 +58,11 @@ class CentralizedTraining(OnPolicyAlgorithm):
         self.ent_coef_schedule = FloatSchedule(ent_coef)
         self.normalize_value = normalize_value
         self._value_head: NormalizedValueHead | None = None
-        super().__init__(
+        super().__init__(  # type: ignore[misc]
             policy,  # type: ignore[arg-type]
             env,
+            *args,
             ent_coef=self.ent_coef_schedule(1.0),
-            policy_kwargs=dict(policy_kwargs or {}),
             _init_setup_model=False,
             **kwargs,
         )
@@ -75,9 +74,8 @@ class CentralizedTraining(OnPolicyAlgorithm):
         if issubclass(self.policy_class, CTDEViews) and self.env is not None:
             if not self.env.has_attr("layout"):
                 raise ValueError(f"{self.policy_class.__name__} needs an environment with a layout, from make_vec_env")
-            self.policy_kwargs.setdefault("layout", self.env.get_attr("layout", [0])[0])
-            if self.policy_class.needs_scenario:
-                self.policy_kwargs.setdefault("scenario", self.env.get_attr("scenario", [0])[0])
+            known = ("layout", "scenario") if self.policy_class.needs_scenario else ("layout",)
+            self.policy_kwargs = {name: self.env.get_attr(name, [0])[0] for name in known} | self.policy_kwargs
         if _init_setup_model:
             self._setup_model()
 

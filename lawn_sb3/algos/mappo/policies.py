@@ -68,7 +68,7 @@ class ActorCriticExtractor(nn.Module):
 
 
 class CTDEViews(BasePolicy):
-    """Goes in front of an actor-critic of SB3 or sb3-contrib over the flat observation [o_i | x]: the actor sees o_i.
+    """Mixin for an actor-critic of SB3 or sb3-contrib over the flat observation [o_i | x]: the actor sees o_i.
 
     Subclasses override :meth:`critic_input`, and :meth:`actor_input` if the actor is to see less, or something else
     made of o_i. Networks are the paper's by default: two hidden layers of 256 ReLU units each.

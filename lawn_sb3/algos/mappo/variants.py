@@ -51,7 +51,7 @@ class RecurrentMAPPO(CentralizedTraining, RecurrentPPO):
             self.rollout_buffer.value_head = self._value_head  # type: ignore[attr-defined]
 
     def memory(self) -> Any:
-        """What a cut training needs besides the saved model: the states of the LSTM.
+        """What an interrupted training needs besides the saved model: the states of the LSTM.
 
         :return: something that can be pickled
         """

@@ -1,4 +1,4 @@
-"""QMIX: Q-learning on the mixed value of a whole game, on SB3's off-policy base."""
+"""QMIX: Q-learning on the mixed value of a whole game, with SB3's DQN for its loop and settings."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ import numpy as np
 import torch as th
 from gymnasium import spaces
 from numpy.typing import NDArray
+from stable_baselines3 import DQN
 from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.noise import ActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.policies import BasePolicy
-from stable_baselines3.common.type_aliases import GymEnv, MaybeCallback, RolloutReturn, Schedule
+from stable_baselines3.common.type_aliases import GymEnv, MaybeCallback, RolloutReturn
 from stable_baselines3.common.utils import LinearSchedule, polyak_update
 from stable_baselines3.common.vec_env import VecEnv, unwrap_vec_normalize
 from torch.nn import functional
@@ -23,114 +24,73 @@ from lawn_sb3.algos.qmix.policies import QMIXPolicy
 from lawn_sb3.game.simulator import Continuation
 
 
-class QMIX(OffPolicyAlgorithm):
-    """Off-policy learning of one value a game, mixed from the UAVs' own Qs; the policy class holds the mixer.
+class QMIX(DQN):
+    """Off-policy learning of one value per game, mixed from the UAVs' own Qs; the policy class holds the mixer.
 
-    Takes what SB3's ``DQN`` takes; policy and replay are given the environment's ``layout``. An env step is one slot
-    of one game; a vector step is one slot of all games; ``num_timesteps`` counts agent steps, N an env step.
+    Takes what SB3's ``DQN`` takes but for :attr:`not_taken`, by name, with the defaults of :attr:`DEFAULTS`. An env
+    step is one slot of one game; a vector step is one slot of all games; ``num_timesteps`` counts agent steps, N per
+    env step. ``buffer_size`` is in joint transitions over all games, one per env step, ``batch_size`` in joint
+    transitions per update, ``learning_starts`` in agent steps, ``train_freq`` in vector steps, and
+    ``target_update_interval`` in updates. Exploration is drawn for each UAV. Policy and replay are given the
+    environment's ``layout``; ``replay_buffer_class`` is :class:`JointReplayBuffer` or a subclass.
 
     :param policy: a subclass of :class:`QMIXPolicy`
     :param env: from :func:`lawn_sb3.envs.make_vec_env` with ``continuation="episode"``: games are whole
-    :param learning_rate: learning rate, or a schedule of the progress remaining
-    :param buffer_size: joint transitions kept, over all games: one an env step
-    :param learning_starts: agent steps played at random before the first update
-    :param batch_size: joint transitions an update
-    :param tau: share of the trained networks in the targets at each of their updates; 1 copies them
-    :param gamma: discount factor
-    :param train_freq: vector steps between two calls of :meth:`train`
-    :param gradient_steps: updates each time; -1 for one an agent step
-    :param replay_buffer_class: :class:`JointReplayBuffer` or a subclass
-    :param replay_buffer_kwargs: its additional arguments
-    :param target_update_interval: updates between two updates of the targets
-    :param exploration_fraction: share of training over which exploration falls
-    :param exploration_initial_eps: chance at the start that a UAV's action is random, drawn for each UAV
-    :param exploration_final_eps: the same at the end
-    :param max_grad_norm: clip the norm of the gradient
-    :param stats_window_size: missions averaged over in the log
-    :param tensorboard_log: where to log for TensorBoard
-    :param policy_kwargs: additional arguments of the policy
-    :param verbose: as in SB3
-    :param seed: seed of networks, exploration, replay and missions
-    :param device: as in SB3
     :param double_q: let the trained Q-network choose the next actions that the targets value
     :param _init_setup_model: whether to build the networks at once
+    :param kwargs: settings of ``DQN``
     :raises ValueError: if policy or environment do not fit
     """
 
+    DEFAULTS: ClassVar[dict[str, Any]] = {
+        "learning_rate": 5e-4,
+        "buffer_size": 50_000,
+        "learning_starts": 4_000,
+        "batch_size": 256,
+        "train_freq": 1,
+        "target_update_interval": 200,
+        "exploration_fraction": 0.25,
+    }
+    """Where its defaults are not those of ``DQN``."""
+    not_taken: ClassVar[frozenset[str]] = frozenset({"n_steps", "optimize_memory_usage"})
+    """Settings of ``DQN`` that it refuses: joint replay has single steps, and keeps next observations too."""
     continuation: ClassVar[Continuation] = "episode"
     """How UAVs that are done have to go on in its environment."""
 
-    policy: QMIXPolicy
+    policy: QMIXPolicy  # type: ignore[assignment]
     replay_buffer: JointReplayBuffer
 
     def __init__(
         self,
         policy: str | type[BasePolicy],
         env: GymEnv | str,
-        learning_rate: float | Schedule = 5e-4,
-        buffer_size: int = 50_000,
-        learning_starts: int = 4_000,
-        batch_size: int = 256,
-        tau: float = 1.0,
-        gamma: float = 0.99,
-        train_freq: int | tuple[int, str] = 1,
-        gradient_steps: int = 1,
-        replay_buffer_class: type[JointReplayBuffer] | None = None,
-        replay_buffer_kwargs: dict[str, Any] | None = None,
-        target_update_interval: int = 200,
-        exploration_fraction: float = 0.25,
-        exploration_initial_eps: float = 1.0,
-        exploration_final_eps: float = 0.05,
-        max_grad_norm: float = 10.0,
-        stats_window_size: int = 100,
-        tensorboard_log: str | None = None,
-        policy_kwargs: dict[str, Any] | None = None,
-        verbose: int = 0,
-        seed: int | None = None,
-        device: th.device | str = "auto",
+        *,
         double_q: bool = True,
         _init_setup_model: bool = True,
+        **kwargs: Any,
     ) -> None:
-        super().__init__(
-            policy,
-            env,
-            learning_rate,
-            buffer_size,
-            learning_starts,
-            batch_size,
-            tau,
-            gamma,
-            train_freq,
-            gradient_steps,
-            replay_buffer_class=replay_buffer_class or JointReplayBuffer,
-            replay_buffer_kwargs=dict(replay_buffer_kwargs or {}),
-            policy_kwargs=dict(policy_kwargs or {}),
-            stats_window_size=stats_window_size,
-            tensorboard_log=tensorboard_log,
-            verbose=verbose,
-            device=device,
-            support_multi_env=True,
-            seed=seed,
-            sde_support=False,
-            supported_action_spaces=(spaces.Discrete,),
-        )
-        self.target_update_interval = target_update_interval
-        self.exploration_schedule = LinearSchedule(exploration_initial_eps, exploration_final_eps, exploration_fraction)
-        self.exploration_rate = 0.0
-        self.max_grad_norm = max_grad_norm
+        if refused := self.not_taken & kwargs.keys():
+            raise TypeError(f"QMIX takes no {', '.join(sorted(refused))}")
+        super().__init__(policy, env, _init_setup_model=False, **{**self.DEFAULTS, **kwargs})  # type: ignore[arg-type]
         self.double_q = double_q
+        self.replay_buffer_class = self.replay_buffer_class or JointReplayBuffer
         if not issubclass(self.policy_class, QMIXPolicy):
             raise ValueError(f"QMIX needs a policy with a mixer, derived from QMIXPolicy; {policy!r} is none")
         if self.env is not None:
             _check_games(self.env)
-            for arguments in (self.policy_kwargs, self.replay_buffer_kwargs):
-                arguments.setdefault("layout", self.env.get_attr("layout", [0])[0])
-            self.replay_buffer_kwargs.setdefault("sees", self.policy_class.sees)
-            if self.policy_class.needs_scenario:
-                for name in ("scenario", "slack"):
-                    self.policy_kwargs.setdefault(name, self.env.get_attr(name, [0])[0])
+            known = ("layout", "scenario", "slack") if self.policy_class.needs_scenario else ("layout",)
+            given = {name: self.env.get_attr(name, [0])[0] for name in known}
+            self.policy_kwargs = given | self.policy_kwargs
+            own = {"layout": given["layout"], "sees": self.policy_class.sees}
+            self.replay_buffer_kwargs = own | self.replay_buffer_kwargs
         if _init_setup_model:
             self._setup_model()
+
+    def _setup_model(self) -> None:
+        OffPolicyAlgorithm._setup_model(self)  # DQN's updates its targets by env steps, and warns of long vectors
+        self.exploration_schedule = LinearSchedule(
+            self.exploration_initial_eps, self.exploration_final_eps, self.exploration_fraction
+        )
 
     def set_env(self, env: GymEnv, force_reset: bool = True) -> None:
         """Change the environment.
@@ -147,7 +107,7 @@ class QMIX(OffPolicyAlgorithm):
         """Update Q-network, mixer and, when due, their targets.
 
         :param gradient_steps: updates
-        :param batch_size: joint transitions an update
+        :param batch_size: joint transitions per update
         """
         self.policy.set_training_mode(True)
         self._update_learning_rate(self.policy.optimizer)
@@ -258,7 +218,7 @@ class QMIX(OffPolicyAlgorithm):
         return rollout
 
     def memory(self) -> dict[str, Any]:
-        """What a cut training needs besides the saved model: the content of the replay.
+        """What an interrupted training needs besides the saved model: the content of the replay.
 
         :return: something that can be pickled
         """
@@ -270,9 +230,6 @@ class QMIX(OffPolicyAlgorithm):
         :param memory: what :meth:`memory` returned
         """
         self.replay_buffer.restore(memory)
-
-    def _get_torch_save_params(self) -> tuple[list[str], list[str]]:
-        return ["policy", "policy.optimizer"], []
 
 
 def _check_games(env: VecEnv) -> None:

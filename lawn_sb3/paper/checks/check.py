@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
 
-from lawn_sb3.experiment.evaluation import COLUMNS, evaluate
+from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.run_directory.csv_file import Columns
+from lawn_sb3.experiment.run_directory.files import EPISODE_KEY, evaluation_columns
 from lawn_sb3.game.player import Player
-from lawn_sb3.results.csv_file import Allowed
 from lawn_sb3.scenario import Scenario
 
 
@@ -20,7 +21,7 @@ class Check(ABC):
     """Something to fly or plan for a recipe, for its claims if nothing else is said; it is kept in ``NAME.csv``."""
 
     name: str
-    key: tuple[str, ...] = ("episode", "uav")
+    key: Sequence[str] = EPISODE_KEY
     """Columns that no two rows have alike."""
 
     def game(self, recipe: Recipe) -> Scenario:
@@ -56,7 +57,7 @@ class Check(ABC):
         """
 
     @abstractmethod
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """What each column of the file may hold.
 
         :param recipe: the recipe
@@ -76,25 +77,6 @@ class EvaluationCheck(Check):
         """Let it fly."""
         return evaluate(self.player(), self.game(recipe), recipe.evaluation.episodes, recipe.evaluation.seed)
 
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """Those of every evaluation."""
-        game = self.game(recipe)
-        slots = Allowed(1, game.max_slots, whole=True)
-        return {
-            **dict.fromkeys(COLUMNS, Allowed()),
-            **episode_and_uav(game, recipe),
-            "rate_mbps": Allowed(0),
-            "slots": slots,
-            "min_slots": Allowed(1, sum(game.grid), whole=True),
-            "arrived": Allowed(flag=True),
-            "utility_mbps": Allowed(0),
-            "collisions": Allowed(0, game.max_slots, whole=True),
-            "makespan_slots": slots,
-            "mean_cell_load": Allowed(1, game.num_uavs),
-        }
-
-
-def episode_and_uav(game: Scenario, recipe: Recipe) -> dict[str, Allowed]:
-    """The columns that tell UAVs of test missions apart."""
-    episodes = recipe.evaluation.episodes
-    return {"episode": Allowed(0, episodes - 1, whole=True), "uav": Allowed(0, game.num_uavs - 1, whole=True)}
+        return evaluation_columns(self.game(recipe), recipe.evaluation.episodes)

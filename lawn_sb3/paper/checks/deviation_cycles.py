@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import combinations, product
 from typing import Any
 
@@ -12,9 +12,9 @@ import pandas as pd
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluation_games
 from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.planning.association import association_rates_mbps, cycle_gain, deviation_cycle, one_slot_game
-from lawn_sb3.results.csv_file import Allowed
 
 MISSIONS = 50
 """Test missions whose first slots are looked at."""
@@ -53,9 +53,15 @@ class DeviationCycles(Check):
             raise UserError("needs UAVs that can change their cells within a slot")
         return pd.DataFrame(found, columns=[*self.key, "rate_gain_mbps", "log_rate_gain"])
 
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """Who goes where, and the gains."""
-        game = recipe.game()
-        uav, gbs = (Allowed(0, count - 1, whole=True) for count in (game.num_uavs, game.num_gbs))
-        kinds = (Allowed(0, MISSIONS - 1, whole=True), uav, gbs, uav, gbs)
-        return {**dict(zip(self.key, kinds, strict=True)), "rate_gain_mbps": Allowed(), "log_rate_gain": Allowed()}
+        last_uav, last_gbs = recipe.game().num_uavs - 1, recipe.game().num_gbs - 1
+        return {
+            "episode": whole("test episode, from 0", "", 0, MISSIONS - 1),
+            "uav": whole("the first UAV of the cycle", "", 0, last_uav),
+            "to_gbs": whole("to whose cell it goes", "", 0, last_gbs),
+            "other_uav": whole("the second UAV", "", 0, last_uav),
+            "other_to_gbs": whole("to whose cell that goes", "", 0, last_gbs),
+            "rate_gain_mbps": number("gains in rate, added up around the cycle", "Mbps"),
+            "log_rate_gain": number("gains in the logarithm of the rate, added up"),
+        }

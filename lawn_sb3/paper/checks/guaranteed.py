@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 
 from lawn_sb3.experiment.evaluation import evaluation_games
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.paper.checks.check import Check, episode_and_uav
+from lawn_sb3.experiment.run_directory.csv_file import Columns, number
+from lawn_sb3.experiment.run_directory.files import episode_and_uav
+from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
-from lawn_sb3.results.csv_file import Allowed
 from lawn_sb3.results.results import BOUND, EQUILIBRIA
 
 
@@ -34,6 +35,7 @@ class Guaranteed(Check):
         names = (*self.key, "guaranteed_mbps")
         return pd.DataFrame({name: values.ravel() for name, values in zip(names, columns, strict=True)})
 
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """The utility."""
-        return {**episode_and_uav(recipe.game(), recipe), "guaranteed_mbps": Allowed(0)}
+        least = number("utility that no equilibrium gives less than", "Mbps", 0)
+        return {**episode_and_uav(recipe.game(), recipe.evaluation.episodes), "guaranteed_mbps": least}

@@ -15,9 +15,10 @@ from rich.console import Console
 from rich.progress import track
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import is_finished, write_rows
-from lawn_sb3.experiment.provenance import provenance, write_json
+from lawn_sb3.experiment.provenance import provenance
 from lawn_sb3.experiment.recipe import RESULTS_SINCE, Cell, Recipe
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.csv_file import read_table, write_rows
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.paper.checks.deviation_cycles import DeviationCycles
 from lawn_sb3.paper.checks.guaranteed import Guaranteed
@@ -25,7 +26,7 @@ from lawn_sb3.paper.checks.hovering import Hovering
 from lawn_sb3.paper.checks.least_reward import LeastReward
 from lawn_sb3.paper.checks.printed_grid import PrintedGrid
 from lawn_sb3.paper.checks.state_noise import StateNoise
-from lawn_sb3.results.csv_file import read_table
+from lawn_sb3.whole_files import write_json
 
 CHECKS: tuple[Check, ...] = (PrintedGrid(), LeastReward(), DeviationCycles(), Hovering(), StateNoise(), Guaranteed())
 """Each leaves ``NAME.csv``, and ``NAME.json`` with fingerprint, number of rows, and provenance."""

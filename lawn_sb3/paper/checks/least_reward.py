@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,10 @@ import pandas as pd
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.paper.identification.bounds import draw_legs, rate_terms_mbps
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
-from lawn_sb3.results.csv_file import Allowed
 from lawn_sb3.scenario import PRESETS, Scenario
 
 PRINTED = TABLE_II["CTDE-MAPPO"]
@@ -49,11 +49,13 @@ class LeastReward(Check):
         lengths, first, counts = np.unique(legs.min_slots, return_index=True, return_counts=True)
         return pd.DataFrame({"min_slots": lengths, "uavs": counts, "least_mbps": least.ravel()[first]})
 
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """Lengths, counts and terms."""
         game = self.game(recipe)
         return {
-            "min_slots": Allowed(1, sum(game.grid), whole=True),
-            "uavs": Allowed(1, recipe.evaluation.episodes * game.num_uavs, whole=True),
-            "least_mbps": Allowed(0),
+            "min_slots": whole("length of the mission, T_i^min", "slots", 1, sum(game.grid)),
+            "uavs": whole(
+                "UAVs of all test missions that have it", "UAVs", 1, recipe.evaluation.episodes * game.num_uavs
+            ),
+            "least_mbps": number("rate and terminal terms of J, at least", "Mbps", 0),
         }

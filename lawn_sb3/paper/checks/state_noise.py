@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,10 +13,10 @@ from lawn_sb3.envs import Observer
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.players import ModelPlayer, load_player
 from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.run_directory.csv_file import Columns, whole
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.paper.roles import FORMS, cast
-from lawn_sb3.results.csv_file import Allowed
 
 ROLES = (*FORMS, "qmix", "iql")
 GAMES, SLOTS, DRAWS = 50, 10, 20
@@ -55,13 +55,13 @@ class StateNoise(Check):
             rows[cell.key] = changed
         return rows
 
-    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Mapping[str, Allowed]:
+    def columns(self, recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         """Counts of actions."""
-        actions = GAMES * recipe.game().num_uavs
+        actions, models = GAMES * recipe.game().num_uavs, _models(recipe, finished)
         return {
-            "draw": Allowed(0, DRAWS - 1, whole=True),
-            "actions": Allowed(actions, actions, whole=True),
-            **{cell.key: Allowed(0, actions, whole=True) for cell in _models(recipe, finished)},
+            "draw": whole("draw of the noise, from 0", "", 0, DRAWS - 1),
+            "actions": whole("actions asked for", "", actions, actions),
+            **{cell.key: whole("actions of this method that changed", "", 0, actions) for cell in models},
         }
 
 

@@ -31,7 +31,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
-from lawn_sb3.game.airspace import draw_missions
+from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
 from lawn_sb3.paper.identification.candidates import ALTERNATIVES, PAPER
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
@@ -66,7 +66,7 @@ def draw_legs(scenario: Scenario, episodes: int, seed: int) -> Legs:
     :param seed: picks the missions
     :return: their lengths
     """
-    missions = draw_missions(scenario, episodes, np.random.default_rng(seed))
+    missions = evaluation_missions(scenario, episodes, seed)
     way = missions.destinations - missions.origins
     least = -(-np.abs(way).sum(axis=-1) // scenario.max_voxel_steps)
     return Legs(np.linalg.norm(way, axis=-1), least)

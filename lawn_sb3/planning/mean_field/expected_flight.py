@@ -98,7 +98,7 @@ def _value_slot(
 
 @njit
 def _box(position: Voxel, goal: Voxel, steps: int, grid: Voxel) -> tuple[Voxel, Voxel]:
-    """The corner and size of the smallest box that holds every way of so many steps."""
+    """The corner and size of the smallest box that holds every way of at most ``steps`` steps."""
     straight = abs(position[0] - goal[0]) + abs(position[1] - goal[1]) + abs(position[2] - goal[2])
     aside = (steps - straight) // 2
     low_x, high_x = _side(position[0], goal[0], aside, grid[0])

@@ -62,7 +62,7 @@ class Fit(NamedTuple):
 class _Slot(NamedTuple):
     """What one slot of all games gave."""
 
-    cell: Ints  # [G, N] where each UAV took RBs; -1 for none
+    cell: Ints  # [G, N] where each UAV took RBs; -1 for nowhere
     voxel_mbps: Floats  # [G, N] rate over one RB there; 0 for a UAV that does not fly
 
 
@@ -186,7 +186,7 @@ def _record_slot(
                             if row >= 0:
                                 _add(tables.rows.sums, tables.rows.counts, int(row), k, b, share, loss_mbps)
                         _add(tables.cells.sums, tables.cells.counts, int(alone[b]), k, 0, share, loss_mbps)
-                        _add(tables.anyhow.sums, tables.anyhow.counts, 0, k, b, share, loss_mbps)
+                        _add(tables.overall.sums, tables.overall.counts, 0, k, b, share, loss_mbps)
 
 
 @njit
@@ -219,7 +219,7 @@ def _add(sums: Floats, counts: Floats, row: int, k: int, b: int, share: float, l
 
 @njit
 def first_moves(rules: Rules, state: State, tables: Tables, senses: Senses, slack: int) -> Ints:
-    """The first moves if every UAV plans by what it sees and what the tables say of it [G, N]."""
+    """The first moves if every UAV plans by what it sees and what the tables expect then [G, N]."""
     num_games, num_uavs = state.flying.shape
     num_gbs = len(rules.num_rbs)
     actions = np.zeros((num_games, num_uavs), dtype=np.int64)
@@ -227,7 +227,7 @@ def first_moves(rules: Rules, state: State, tables: Tables, senses: Senses, slac
     image = np.arange(num_gbs)
     peak_mbps = peak_rate_mbps(rules)
     room = np.empty(2 * rules.grid[0] * rules.grid[1] * rules.grid[2])
-    strange = np.empty(tables.anyhow.means.shape[1:])  # [K, M, 2]
+    strange = np.empty(tables.overall.means.shape[1:])  # [K, M, 2]
     for g in range(num_games):
         for i in range(num_uavs):
             if not state.flying[g, i]:

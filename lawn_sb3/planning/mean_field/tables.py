@@ -44,8 +44,8 @@ class Tables(NamedTuple):
     """By sight [R, K, M]."""
     cells: Means
     """By what is known of one cell alone; that cell is part of the row's index [C, K, 1]."""
-    anyhow: Means
-    """By nothing [1, K, M]."""
+    overall: Means
+    """Whatever was seen [1, K, M]."""
     size: Ints
     """How many of the R rows are in use [1]."""
     places: Ints
@@ -53,9 +53,9 @@ class Tables(NamedTuple):
     keys: Ints
     """The key of each row [R]."""
     parents: Ints
-    """The row of those who knew less; -1 for that of the loads [R]."""
+    """The row of those who knew less; -1 for a row that knows the loads alone [R]."""
     parent_cells: Ints
-    """The rows of each cell alone, for a row of the loads [R, M]."""
+    """For a row that knows the loads alone, the rows of each single cell [R, M]."""
     told_apart: int
     """Numbers of UAVs in a cell, from 0 up, that the rows of each cell alone tell apart."""
 
@@ -78,7 +78,7 @@ def empty_tables(rules: Rules, num_uavs: int, senses: Senses, longest: int) -> T
     tables = Tables(
         rows=_empty_means(rows, buckets, num_gbs),
         cells=_empty_means(2 * num_gbs * told_apart**counted, buckets, 1),
-        anyhow=_empty_means(1, buckets, num_gbs),
+        overall=_empty_means(1, buckets, num_gbs),
         size=np.zeros(1, dtype=np.int64),
         places=np.full(2 * rows, -1, dtype=np.int64),
         keys=np.zeros(rows, dtype=np.int64),
@@ -159,17 +159,17 @@ def add_row(tables: Tables, key: int, parent: int) -> int:
 @njit
 def average(rules: Rules, tables: Tables) -> None:
     """Work out all means anew, from those who knew nothing to those who knew most."""
-    anyhow, cells, rows = tables.anyhow, tables.cells, tables.rows
-    num_buckets, num_gbs = anyhow.counts.shape[1:]
+    overall, cells, rows = tables.overall, tables.cells, tables.rows
+    num_buckets, num_gbs = overall.counts.shape[1:]
     for b in range(num_gbs):
-        anyhow.means[0, 0, b, 0], anyhow.means[0, 0, b, 1] = rules.num_rbs[b], 0.0  # nobody else, and no loss
+        overall.means[0, 0, b, 0], overall.means[0, 0, b, 1] = rules.num_rbs[b], 0.0  # nobody else, and no loss
         for k in range(1, num_buckets):
-            _draw(anyhow, 0, k, b, anyhow.means[0, k - 1, b, 0], anyhow.means[0, k - 1, b, 1])
+            _draw(overall, 0, k, b, overall.means[0, k - 1, b, 0], overall.means[0, k - 1, b, 1])
     per_cell = len(cells.counts) // num_gbs
     for row in range(len(cells.counts)):
         b = row // per_cell
         for k in range(num_buckets):
-            _draw(cells, row, k, 0, anyhow.means[0, k, b, 0], anyhow.means[0, k, b, 1])
+            _draw(cells, row, k, 0, overall.means[0, k, b, 0], overall.means[0, k, b, 1])
     for row in range(tables.size[0]):  # a parent's index is below its children's
         parent = tables.parents[row]
         for b in range(num_gbs):
@@ -191,6 +191,6 @@ def _draw(table: Means, row: int, k: int, b: int, share: float, loss_mbps: float
 
 def fade(tables: Tables, kept: float) -> None:
     """Let what was seen so far count less: ``kept`` of what it did."""
-    for table, used in ((tables.rows, int(tables.size[0])), (tables.cells, None), (tables.anyhow, None)):
+    for table, used in ((tables.rows, int(tables.size[0])), (tables.cells, None), (tables.overall, None)):
         table.sums[:used] *= kept
         table.counts[:used] *= kept

@@ -62,11 +62,7 @@ def _by_seed(results: Results, method: str) -> dict[str, NDArray[np.float64]]:
 
 
 def caption(results: Results) -> str:
-    """What the table of fairness shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the table of fairness shows."""
     return (
         f"How evenly the utilities U of an episode fall on its {results.recipe.game().num_uavs} UAVs. Jain index: 1 if "
         "all have the same, 1/N if one has everything; Gini: 0 and (N - 1)/N. An episode in which nobody arrives, and "

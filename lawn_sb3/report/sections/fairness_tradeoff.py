@@ -101,11 +101,7 @@ def _draw(ax: Axes, results: Results, numbers: pd.DataFrame, column: str) -> Non
 
 
 def caption(results: Results) -> str:
-    """What the figure shows, and how to read it.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure shows, and how to read it."""
     off = [
         f"{row['method']} (mean U {row['utility_mbps']:.1f} Mbps, Jain index {row['jain']:.2f}, "
         f"worst UAV {row['worst_mbps']:.1f} Mbps)"

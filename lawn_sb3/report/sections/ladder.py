@@ -165,11 +165,7 @@ def limit_line(ax: Axes, results: Results, key: str, colour: str, inside: bool =
 
 
 def caption(results: Results) -> str:
-    """What the ladder shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the ladder shows."""
     steps = sorted({method.env_steps for method in results.methods.values() if method.algo is not None})
     return (
         "Mean utility by what a UAV knows when it acts, and the bits that each UAV has to broadcast in every slot so "

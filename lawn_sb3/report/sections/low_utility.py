@@ -10,13 +10,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from lawn_sb3.experiment.run_directory.reading import TOLERANCE
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.sections.fairness_table import HEADING
 from lawn_sb3.report.style import colours, legend_below, markers, use_house_style
 from lawn_sb3.report.table import Table, interval_columns
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.run_files import TOLERANCE
 from lawn_sb3.results.statistics import mean_interval
 
 MOST_BINS = 7

@@ -118,11 +118,7 @@ def _note(ax: Axes, loads: pd.DataFrame, last: int) -> None:
 
 
 def caption(results: Results) -> str:
-    """What the figure of cell loads shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure of cell loads shows."""
     return (
         "UAVs that fly alone in their cell, or share it, slot by slot: mean over "
         f"{results.extent(results.slots)}. The share in a panel is that of the flying time in these slots which UAVs "

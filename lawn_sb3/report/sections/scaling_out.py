@@ -15,9 +15,13 @@ from lawn_sb3.report.style import colours, legend_below, line_of, markers, use_h
 from lawn_sb3.report.table import Table, interval_columns, sample_text
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.run_files import SCALING_MEANS
 from lawn_sb3.results.statistics import Interval, mean_interval
 
+COLUMNS = (
+    "reward", "rate_mbps", "makespan_slots", "completion_slots", "utility_mbps", "success_percent", "collisions",
+    "welfare_mbps",
+)  # fmt: skip
+"""Columns of ``scaling.csv`` with means over the episodes."""
 DECIMALS = {"utility_mbps": 2, "success_percent": 1, "collisions": 2}
 """The quantities that are shown."""
 Means = dict[str, dict[int, dict[str, Interval]]]
@@ -45,7 +49,7 @@ def means_of(rows: pd.DataFrame) -> Means:
     found: Means = {}
     for key, of_method in rows.groupby("method"):
         found[str(key)] = {
-            int(own["num_uavs"].iloc[0]): {name: mean_interval(own[name]) for name in SCALING_MEANS}
+            int(own["num_uavs"].iloc[0]): {name: mean_interval(own[name]) for name in COLUMNS}
             for _, own in of_method.groupby("num_uavs")
         }
     return found
@@ -152,11 +156,7 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
 
 
 def caption(results: Results) -> str:
-    """What the figure of scaling out shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure of scaling out shows."""
     trained, episodes = results.recipe.game().num_uavs, results.scaling["episodes"].iloc[0]
     return (
         f"Players among N UAVs; learners were trained with N = {trained} (dotted) and not again. Each N has {episodes} "

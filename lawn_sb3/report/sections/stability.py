@@ -7,7 +7,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.regret import EQUILIBRIUM_MBPS
+from lawn_sb3.experiment.measures import EQUILIBRIUM_MBPS
 from lawn_sb3.report.cdf import distributions, panels_text
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.table import Table, interval_columns, interval_texts, sample_text
@@ -122,11 +122,7 @@ def shown_mbps(results: Results, rows: pd.DataFrame) -> float:
 
 
 def cdf_caption(results: Results) -> str:
-    """What the figure of regrets shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figure of regrets shows."""
     return (
         "Share of the UAVs whose regret is at most the value on the axis, all test episodes and seeds; bands: range "
         "over seeds. Where a curve begins at the left is the share of UAVs that have nothing to gain: in equilibria "

@@ -63,11 +63,7 @@ def table_one(results: Results) -> Table:
 
 
 def caption(results: Results) -> str:
-    """What Table I shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What Table I shows."""
     return (
         f"Constants and readings of the scenario {results.recipe.game().title}. Source: stated in the paper, inferred "
         "from the figures it prints, or chosen here. †: differs from the value that the paper's Table I prints."

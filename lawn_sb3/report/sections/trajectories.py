@@ -13,11 +13,11 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.run_files import draw_test_missions
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -88,7 +88,8 @@ def longest_episode(results: Results) -> Episode:
         voxels = [uav[list("xyz")].to_numpy() for _, uav in own.groupby("uav")]
         flown = rows[(rows["method"] == key) & (rows["episode"] == number)]
         flights.append(Flight(key, [game.voxel_centre(path) for path in voxels], flown))
-    destinations = draw_test_missions(game, results.recipe.evaluation).destinations[number]
+    chosen = results.recipe.evaluation
+    destinations = evaluation_missions(game, chosen.episodes, chosen.seed).destinations[number]
     return Episode(seed, number, game.voxel_centre(destinations), flights)
 
 
@@ -224,11 +225,7 @@ def _mark(marker: str, label: str, size: float, colour: str = "0.3") -> Line2D:
 
 
 def caption(results: Results) -> str:
-    """What the figures of trajectories show.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What the figures of trajectories show."""
     episode = longest_episode(results)
     return (
         f"Test episode {episode.number} of seed {episode.seed} as every method flies it: of the traced ones that with "

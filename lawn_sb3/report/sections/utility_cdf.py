@@ -16,11 +16,7 @@ def section(results: Results) -> Section:
 
 
 def caption(results: Results) -> str:
-    """What Fig. 3 shows.
-
-    :param results: what the runs left
-    :return: one paragraph
-    """
+    """What Fig. 3 shows."""
     return (
         "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over "
         f"seeds. {panels_text(results, results.episodes)}"

@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import run_cell
 from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.checks.state_noise import StateNoise
 from lawn_sb3.paper.roles import ROLES
 
@@ -25,7 +25,7 @@ def test_actors_of_the_kit_ignore_the_global_state_and_sb3s_own_does_not(
         "stock": small.model_copy(update={"policy": STOCK, "label": "Stock"}),
     }
     made = cells(recipe.model_copy(update={"methods": methods, "seeds": (0,)}), tmp_path / "more")
-    monkeypatch.setattr("lawn_sb3.experiment.cell.check_policy", lambda model, name: None)  # it refuses SB3's own
+    monkeypatch.setattr("lawn_sb3.experiment.train.check_policy", lambda model, name: None)  # it refuses SB3's own
     for cell in made:
         run_cell(cell, lambda env_steps: None)
     monkeypatch.setitem(ROLES, "iql", {"algo": "mappo", "policy": STOCK})

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lawn_sb3.experiment.evaluation import evaluate, summarize
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.paper.identification.bounds import (

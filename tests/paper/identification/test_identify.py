@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.evaluation import COLUMNS, evaluate
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.paper.identification import Identification, as_markdown, identify
 from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPER, TIME, candidates, link_budget_db
@@ -95,7 +96,7 @@ def test_figures_of_an_episode_by_hand() -> None:
             "makespan_slots": [8, 8, 8, 8],
         }
     )
-    assert set(rows.columns) <= set(COLUMNS)
+    assert set(rows.columns) <= set(evaluation_columns(PAPER, 1))
     figures = episode_figures(rows)
     assert figures["reward"].tolist() == [1.5, 4.0]
     assert figures["success_percent"].tolist() == [50.0, 0.0]

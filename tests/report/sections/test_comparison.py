@@ -6,6 +6,7 @@ import pytest
 
 from lawn_sb3.report.sections.comparison import base_method, comparison
 from tests.handmade import flown, learner, recipe_with, results_of
+from tests.report.reading import numbers_of, shown_of
 
 RECIPE = recipe_with({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
 
@@ -26,10 +27,10 @@ def test_differences_and_probabilities_by_hand() -> None:
         *(flown("mine", seed, reward=[1.0, 2.0, 3.0, 4.0]) for seed in (0, 1)),
         *(flown("paper", seed, reward=[0.0, 2.0, 4.0, 0.0]) for seed in (0, 1)),
     )
-    row = comparison(made, "paper").numbers.set_index("key").loc["mine"]
+    row = numbers_of(comparison(made, "paper"))["mine"]
     assert row["reward_improvement"] == pytest.approx(0.625)
     assert row["reward_difference"] == pytest.approx(1.0)
     assert row["reward_iqm"] == pytest.approx(2.5)
-    shown = comparison(made, "paper").shown.set_index("Method")
-    assert shown.loc["Mine", "Δ J̄"] == "1.000 [1.000, 1.000]"
-    assert shown.loc["Paper's", "Δ J̄"] == "–"
+    shown = shown_of(comparison(made, "paper"))
+    assert shown["Mine"]["Δ J̄"] == "1.000 [1.000, 1.000]"
+    assert shown["Paper's"]["Δ J̄"] == "–"

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import shutil
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -11,10 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Method, Recipe, cells
-from lawn_sb3.report.contents import build_report
-from lawn_sb3.report.document import write_report
+from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.sections.effects import effects
 from lawn_sb3.report.sections.effects_forest import effects_figure, visible_span
 from lawn_sb3.report.sections.learning_curves import learning_curves
@@ -23,6 +19,7 @@ from lawn_sb3.results.learning import GREEDY, mean_success
 from lawn_sb3.results.pairing import EFFECTS, left_out, pair_up
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
+from tests.report.reading import interval_in, numbers_of, shown_of
 
 BUDGET = 1_000
 
@@ -59,9 +56,9 @@ def curves(method: str, *by_seed: list[float]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def row_of(results: Results, key: str) -> pd.Series:
+def row_of(results: Results, key: str) -> dict[Any, Any]:
     """The numbers of one row of the effects."""
-    return effects(results).numbers.set_index("key").loc[key]
+    return numbers_of(effects(results))[key]
 
 
 # Effects
@@ -81,7 +78,7 @@ def test_effects_by_hand() -> None:
         flown("better", 1, 2, reward=[4.0, 4.0], makespan_slots=[5, 5]),
         flown("better", 2, 2, reward=[6.0, 6.0], makespan_slots=[4, 4]),
     ]
-    shown = effects(results_of(RECIPE, *default, *better)).shown.set_index("Method").loc["Better"]
+    shown = shown_of(effects(results_of(RECIPE, *default, *better)))["Better"]
     assert shown["Δ J̄"] == "2.000 [-0.484, 4.484]"
     assert shown["Δ success (points)"] == "16.67 [-55.04, 88.38]"
     assert shown["Δ T̄ (slots)"] == "-3.00 [-3.00, -3.00] †"
@@ -121,8 +118,8 @@ def test_a_method_has_no_effect_on_itself() -> None:
     ]
     row = row_of(results_of(recipe, *made, *(rows.assign(method="twin") for rows in made)), "twin")
     for name in EFFECTS:
-        assert row[[name, f"{name}_low", f"{name}_high"]].tolist() == [0.0, 0.0, 0.0]
-    assert row[["reward_improvement", "utility_mbps_improvement"]].tolist() == pytest.approx([0.5, 0.5])
+        assert interval_in(row, name) == [0.0, 0.0, 0.0]
+    assert [row[f"{name}_improvement"] for name in ("reward", "utility_mbps")] == pytest.approx([0.5, 0.5])
 
 
 @given(
@@ -159,7 +156,7 @@ def test_only_seeds_that_both_have_are_paired() -> None:
 def test_one_seed_has_an_effect_and_neither_bounds_nor_mark() -> None:
     made = results_of(RECIPE, *rewards("mappo", 1.0), *rewards("better", 2.0))
     table = effects(made)
-    assert table.shown.set_index("Method").loc["Better", "Δ J̄"] == "1.000"
+    assert shown_of(table)["Better"]["Δ J̄"] == "1.000"
     assert "of 0 (1 ablations" in table.caption
     effects_figure(made).draw_without_rendering()
 
@@ -227,17 +224,16 @@ def test_the_median_seed_counts_and_one_that_never_gets_there_is_slower_than_all
         worse=[[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 9.0], [95.0, 96.0, 98.0, 98.0]],  # never, never, 100
     )
     table = learning_effects(made)
-    shown = table.shown.set_index("Method")["Env steps to 95 %"].to_dict()
-    assert shown == {
+    assert {label: row["Env steps to 95 %"] for label, row in shown_of(table).items()} == {
         "MAPPO (default)": "200 [200 to 300]",
         "Better": "400 [200 to > 1,000]",
         "Worse": "> 1,000 [at most 100 to > 1,000]",
     }
-    numbers = table.numbers.set_index("key")
-    assert numbers.loc["better", "ratio"] == 2.0
-    assert numbers.loc["worse", "reached"] == 1
-    assert np.isnan(numbers.loc["worse", "crossing_env_steps"])
-    assert effects(made).shown.set_index("Method").loc["Better", "Env steps to 95 %"] == "400"
+    numbers = numbers_of(table)
+    assert numbers["better"]["ratio"] == 2.0
+    assert numbers["worse"]["reached"] == 1
+    assert np.isnan(numbers["worse"]["crossing_env_steps"])
+    assert shown_of(effects(made))["Better"]["Env steps to 95 %"] == "400"
     assert len(learning_curves(made).axes) == 2
 
 
@@ -253,45 +249,9 @@ def test_mean_success_is_the_area_under_the_curve() -> None:
 def test_learning_is_compared_where_both_were_watched() -> None:
     # From 100 to 200 the default has 50 on average and the ablation 70; what comes after has no counterpart.
     made = learnt(mappo=[[40.0, 60.0, 100.0, 100.0]], better=[[60.0, 80.0]])
-    row = learning_effects(made).numbers.set_index("key").loc["better"]
-    assert row["mean_success_percent"] == pytest.approx(20.0)
+    assert numbers_of(learning_effects(made))["better"]["mean_success_percent"] == pytest.approx(20.0)
 
 
 def test_without_curves_effects_are_told_all_the_same() -> None:
     made = results_of(RECIPE, *rewards("mappo", 1.0, 1.0), *rewards("better", 2.0, 2.0))
     assert effects(made).shown["Env steps to 95 %"].tolist() == ["–", "–"]
-
-
-# The report
-
-
-@pytest.fixture
-def twins(runs: Path, recipe: Recipe) -> Recipe:
-    """The small recipe with an ablation that changes nothing: a copy of the default's runs."""
-    shutil.copytree(runs / "small" / "mappo", runs / "small" / "twin")
-    twin = recipe.methods["mappo"].model_copy(update={"label": "Twin", "paper_row": None, "baseline": "mappo"})
-    return recipe.model_copy(update={"methods": {**recipe.methods, "twin": twin}})
-
-
-def test_the_report_holds_effects_and_learning_and_names_every_file(twins: Recipe, runs: Path, tmp_path: Path) -> None:
-    report = build_report(twins, cells(twins, runs / "small"), "lawn-sb3 report")
-    assert report.problems == []
-    write_report(report, tmp_path)
-    page = (tmp_path / "README.md").read_text(encoding="utf-8")
-    for name in ("effects_forest.png", "learning_curves.png"):
-        assert f"({name})" in page
-        assert (tmp_path / name).exists()
-    assert "| Twin " in page
-    assert pd.read_csv(tmp_path / "effects.csv").set_index("key").loc["twin", "reward"] == 0.0
-
-
-def test_an_ablation_whose_default_has_no_run_is_named(twins: Recipe, runs: Path) -> None:
-    shutil.rmtree(runs / "small" / "mappo")
-    report = build_report(twins, cells(twins, runs / "small"), "command")
-    assert "twin: not among the effects, as there is no whole run of mappo" in report.problems
-    assert "effects" not in report.tables
-
-
-def test_without_any_run_there_is_no_report(twins: Recipe, tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="no finished run"):
-        build_report(twins, cells(twins, tmp_path / "nowhere"), "command")

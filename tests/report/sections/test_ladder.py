@@ -9,6 +9,7 @@ from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.sections import ladder, ladder_learning, milestones, training
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
+from tests.report.reading import numbers_of, points_of
 
 
 def rung(name: str, **changes: object) -> Method:
@@ -51,7 +52,7 @@ def test_the_table_climbs_from_the_bottom_and_says_what_was_told() -> None:
     assert table.numbers["key"].tolist() == ["blind", "clock", "forecast", "destinations", "state", "bound"]
     assert table.shown["Told (bits)"].tolist() == ["0", "0", "0", "2", "53", "–"]
     assert table.shown["Learns"].tolist() == ["from scratch"] * 2 + ["plans"] + ["from scratch"] * 2 + ["plans"]
-    clock = table.numbers.set_index("key").loc["clock"]
+    clock = numbers_of(table)["clock"]
     assert clock["utility_mbps"] == pytest.approx(40.1)  # 40.0 and 40.2
     assert clock["over_forecast_mbps"] == pytest.approx(1.1)
 
@@ -70,7 +71,7 @@ def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
 
 def test_a_learning_curve_is_the_mean_over_seeds_whose_batches_end_at_other_env_steps() -> None:
     (line, *_) = ladder_learning.learning(results()).axes[0].get_lines()
-    assert [list(values) for values in line.get_data()] == [[11.0, 23.0], [37.5, 40.5]]
+    assert points_of(line) == [[11.0, 37.5], [23.0, 40.5]]
 
 
 def test_a_rung_on_which_only_limits_stand_has_no_place() -> None:

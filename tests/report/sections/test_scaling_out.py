@@ -9,6 +9,7 @@ from lawn_sb3.report.section import Picture
 from lawn_sb3.report.sections.scaling_out import means_of, scaling_table, section
 from lawn_sb3.results.results import Results
 from tests.handmade import learner, recipe_with
+from tests.report.reading import points_of, rows_by
 
 
 def rows_of(method: str, seed: int, utility_mbps: list[float], num_uavs: tuple[int, ...] = (1, 4)) -> pd.DataFrame:
@@ -39,12 +40,13 @@ def results_with(rows: pd.DataFrame) -> Results:
 def test_the_table_by_hand() -> None:
     # Seeds with 40 and 50: mean 45, resampled between 40 and 50.
     table = scaling_table(results_with(ROWS), means_of(ROWS))
-    shown = table.shown[table.shown["Quantity"] == "U (Mbps)"].set_index("Method")
-    assert shown.loc["MAPPO"].tolist() == ["U (Mbps)", "45.00 [40.00, 50.00]", "15.00 [10.00, 20.00]", "2 × 7"]
-    assert shown.loc["MAPPO: Blind", "N = 1"] == "30.00 [30.00, 30.00]"  # an ablation says of what
-    numbers = table.numbers.set_index(["key", "num_uavs"])
-    assert numbers.loc[("mappo", 4), "welfare_mbps"] == 60.0  # 4 * (10 + 20) / 2
-    assert numbers.loc[("mappo", 4), "makespan_slots"] == 4.0
+    shown = rows_by(table.shown, "Quantity", "Method")
+    mappo = {"N = 1": "45.00 [40.00, 50.00]", "N = 4": "15.00 [10.00, 20.00]", "n": "2 × 7"}
+    assert shown["U (Mbps)", "MAPPO"] == mappo
+    assert shown["U (Mbps)", "MAPPO: Blind"]["N = 1"] == "30.00 [30.00, 30.00]"  # an ablation says of what
+    of_four = rows_by(table.numbers, "key", "num_uavs")["mappo", 4]
+    assert of_four["welfare_mbps"] == 60.0  # 4 * (10 + 20) / 2
+    assert of_four["makespan_slots"] == 4.0
 
 
 def test_the_order_of_runs_does_not_matter() -> None:
@@ -62,8 +64,8 @@ def test_the_figure_shows_the_means_and_where_actors_were_trained() -> None:
     assert len(figure.axes) == 3
     utility = figure.axes[0]
     mappo, blind, trained = utility.lines
-    assert mappo.get_xydata().tolist() == [[1.0, 45.0], [4.0, 15.0]]
-    assert blind.get_xydata().tolist() == [[1.0, 30.0], [4.0, 5.0]]
+    assert points_of(mappo) == [[1.0, 45.0], [4.0, 15.0]]
+    assert points_of(blind) == [[1.0, 30.0], [4.0, 5.0]]
     assert set(np.asarray(trained.get_xdata())) == {HANDMADE.game().num_uavs} == {4}
     assert [text.get_text() for text in utility.get_xticklabels()] == ["1", "4"]
     assert (mappo.get_color(), mappo.get_marker()) != (blind.get_color(), blind.get_marker())

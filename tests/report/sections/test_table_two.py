@@ -7,6 +7,7 @@ import numpy as np
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.sections.table_two import table_two
 from tests.handmade import flown, learner, player, recipe_with, results_of
+from tests.report.reading import interval_in, numbers_of, shown_of
 
 RECIPE = recipe_with(
     {
@@ -28,22 +29,18 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
         flown("mine", 0),
     )
     table = table_two(made)
-    numbers = table.numbers.set_index("key")
-    assert numbers.loc["random", ["success_percent", "success_percent_low", "success_percent_high"]].tolist() == [
-        50.0,
-        0.0,
-        100.0,
-    ]
-    assert numbers.loc["random", "utility_mbps"] == 10.0
-    assert numbers.loc["random", "success_percent_paper"] == 22.4
-    assert numbers.loc["mappo", "makespan_slots_paper"] == 8.7
-    assert numbers.loc["mappo", "seeds"] == 1
-    assert np.isnan(numbers.loc["mappo", "success_percent_low"])  # one seed has no interval
-    assert np.isnan(numbers.loc["mine", "reward_paper"])
-    shown = table.shown.set_index("Method")
-    assert shown.loc["Random", "Success (%)"] == "50.0 [0.0, 100.0] (22.4)"
-    assert shown.loc["A|B & V_x", "T̄ (slots)"] == "6.0 (8.7)"
-    assert shown["n"].tolist() == ["2 × 1", "1 × 1", "1 × 1"]
+    numbers = numbers_of(table)
+    assert interval_in(numbers["random"], "success_percent") == [50.0, 0.0, 100.0]
+    assert numbers["random"]["utility_mbps"] == 10.0
+    assert numbers["random"]["success_percent_paper"] == 22.4
+    assert numbers["mappo"]["makespan_slots_paper"] == 8.7
+    assert numbers["mappo"]["seeds"] == 1
+    assert np.isnan(numbers["mappo"]["success_percent_low"])  # one seed has no interval
+    assert np.isnan(numbers["mine"]["reward_paper"])
+    shown = shown_of(table)
+    assert shown["Random"]["Success (%)"] == "50.0 [0.0, 100.0] (22.4)"
+    assert shown["A|B & V_x"]["T̄ (slots)"] == "6.0 (8.7)"
+    assert table.shown["n"].tolist() == ["2 × 1", "1 × 1", "1 × 1"]
 
 
 def test_labels_are_shown_as_they_are_written() -> None:
@@ -63,13 +60,9 @@ def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> Non
     ]
     table = table_two(results_of(recipe, flown("bound", 0, utility_mbps=[40.0]), *rows))
     assert table.shown["Share (%)"].tolist() == ["–", "50.0–66.7", "50.0–66.7"]
-    numbers = table.numbers.set_index("key")
-    assert numbers.loc["mappo", ["share_low_percent", "share_low_percent_low", "share_low_percent_high"]].tolist() == [
-        50.0,
-        25.0,  # seed 1 alone
-        75.0,
-    ]
-    assert np.isnan(numbers.loc["bound", "share_low_percent"])
+    numbers = numbers_of(table)
+    assert interval_in(numbers["mappo"], "share_low_percent") == [50.0, 25.0, 75.0]  # the low one is seed 1 alone
+    assert np.isnan(numbers["bound"]["share_low_percent"])
     assert "between 30.0 Mbps" in table.caption
     assert "and 40.0 Mbps" in table.caption
     without = table_two(results_of(recipe, *rows))

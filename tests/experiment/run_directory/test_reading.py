@@ -11,17 +11,17 @@ import pytest
 import yaml
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.results.results import Results, read_results
-from lawn_sb3.results.run_files import (
-    draw_test_missions,
+from lawn_sb3.experiment.run_directory.progress import read_progress
+from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,
     read_paths,
-    read_progress,
     read_regrets,
     read_sampled,
     read_slots,
 )
+from lawn_sb3.results.results import Results, read_results
 
 TABLES = {
     "evaluation.csv": "episodes",
@@ -203,7 +203,7 @@ def test_paths_must_begin_at_the_test_missions_origins(damaged: Cell) -> None:
     rows = pd.read_csv(path)
     at_origin = (rows["episode"] == 0) & (rows["slot"] == 0)
     assert (
-        rows.loc[at_origin, list("xyz")].to_numpy() == draw_test_missions(damaged.scenario, damaged.evaluation)[0][0]
+        rows.loc[at_origin, list("xyz")].to_numpy() == evaluation_missions(damaged.scenario, 6, 20_000).origins[0]
     ).all()
     rows.loc[at_origin, "x"] = 9 - rows.loc[at_origin, "x"]
     rows.to_csv(path, index=False)

@@ -1,4 +1,4 @@
-"""Regret: what each UAV could have gained by deviating alone from what was flown."""
+"""What an evaluation's rows come to: mean figures, and what each UAV could have gained by deviating alone."""
 
 from __future__ import annotations
 
@@ -6,15 +6,37 @@ from collections.abc import Callable
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import Flights, evaluation_games
+from lawn_sb3.game.payoff import welfare
 from lawn_sb3.planning.best_response import best_responses
 from lawn_sb3.planning.plan import Plan
 from lawn_sb3.scenario import Scenario
 
-COLUMNS = ("episode", "uav", "utility_mbps", "best_mbps", "best_slots")
 EQUILIBRIUM_MBPS = 1e-6
 """Regret up to which a UAV counts as having nothing to gain; files keep nine digits."""
+
+
+def summarize(rows: pd.DataFrame) -> dict[str, float]:
+    """Mean figures of one evaluation.
+
+    :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
+    :return: means over UAVs (reward J, rate, completion, success, utility, collisions) and over episodes (makespan,
+        welfare); ``run_directory.files.scaling_columns`` gives each name its unit
+    """
+    games = rows.groupby("episode")
+    utilities = rows["utility_mbps"].to_numpy().reshape(games.ngroups, -1)
+    return {
+        "reward": float(rows["reward"].mean()),
+        "rate_mbps": float(rows["rate_mbps"].mean()),
+        "makespan_slots": float(games["makespan_slots"].first().mean()),
+        "completion_slots": float(rows["slots"].mean()),
+        "success_percent": float(100.0 * rows["arrived"].mean()),
+        "utility_mbps": float(rows["utility_mbps"].mean()),
+        "welfare_mbps": float(welfare(utilities).mean()),
+        "collisions": float(rows["collisions"].mean()),
+    }
 
 
 def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:
@@ -24,8 +46,8 @@ def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[
     :param scenario: the game
     :param seed: the seed of the evaluation
     :param on_game: called after each episode
-    :return: one row an episode and UAV: ``episode, uav``, the utility that it had, that of its best response, and the
-        slots that the best response takes
+    :return: one row per episode and UAV: the utility that it had, that of its best response, and the slots that the
+        best response takes
     """
     rows = flights.rows
     shape = (rows["episode"].nunique(), scenario.num_uavs)
@@ -38,11 +60,10 @@ def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[
         best_mbps[game], best_slots[game] = best_responses(simulator.rules, simulator.state, game, plan)
         if on_game is not None:
             on_game()
-    values = (rows["episode"], rows["uav"], rows["utility_mbps"], best_mbps.ravel(), best_slots.ravel())
-    return pd.DataFrame(dict(zip(COLUMNS, values, strict=True)))
+    return rows[["episode", "uav", "utility_mbps"]].assign(best_mbps=best_mbps.ravel(), best_slots=best_slots.ravel())
 
 
-def trajectories(flights: Flights, scenario: Scenario) -> np.ndarray:
+def trajectories(flights: Flights, scenario: Scenario) -> NDArray[np.int64]:
     """Where all UAVs were in every slot.
 
     :param flights: an evaluation with all of its episodes traced

@@ -1,39 +1,46 @@
-"""Regret of finished runs: what each UAV could have gained alone, worked out once and kept beside the run."""
+"""Measures of an evaluation: means worked out by hand, and what each UAV could have gained alone."""
 
 from __future__ import annotations
-
-import io
-from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 from numpy.typing import NDArray
-from rich.console import Console
 
-from lawn_sb3.experiment.cell import REGRET_FILE, run_cell
 from lawn_sb3.experiment.evaluation import evaluation_games, fly
-from lawn_sb3.experiment.recipe import Cell, Method
-from lawn_sb3.experiment.regret import regrets, summarize_regrets, trajectories
-from lawn_sb3.experiment.regret_files import add_regrets, has_regrets
+from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets, trajectories
+from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import EquilibriumPlayer, ShortestPathPlayer
 from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
 from lawn_sb3.scenario import PRESETS
-from tests.experiment.test_cell import ignore
 
 PAPER = PRESETS["paper"]
-QUIET = Console(quiet=True)
 
 
-def planned(cell: Cell, player: str) -> Cell:
-    """The run of a player without training."""
-    return replace(
-        cell, key=player, method=Method(label=player, player=player), directory=cell.directory.parent / player
+def test_summary_by_hand() -> None:
+    # Two episodes of two UAVs.
+    rows = pd.DataFrame(
+        [
+            (0, 0, 1.0, 10.0, 2, 2, True, 10.0, 0, 4, 1.0),
+            (0, 1, 2.0, 20.0, 4, 2, True, 10.0, 1, 4, 1.0),
+            (1, 0, 3.0, 30.0, 8, 2, False, 0.0, 0, 8, 1.0),
+            (1, 1, 4.0, 40.0, 2, 2, True, 40.0, 1, 8, 1.0),
+        ],
+        columns=list(evaluation_columns(PAPER, 2)),
     )
+    assert summarize(rows) == {
+        "reward": 2.5,  # (1 + 2 + 3 + 4) / 4
+        "rate_mbps": 25.0,
+        "makespan_slots": 6.0,  # (4 + 8) / 2
+        "completion_slots": 4.0,  # (2 + 4 + 8 + 2) / 4
+        "success_percent": 75.0,
+        "utility_mbps": 15.0,  # 60 / 4
+        "welfare_mbps": 30.0,  # (20 + 40) / 2
+        "collisions": 0.5,
+    }
 
 
 def test_nobody_regrets_an_equilibrium() -> None:
@@ -133,58 +140,3 @@ def test_means_and_gaps_of_three_episodes_worked_out_by_hand() -> None:
         "largest_regret_mbps": 6.0,
         "equilibria_percent": 25.0,
     }
-
-
-def test_runs_get_their_regrets_once(small_cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
-    cells = [small_cell, *(planned(small_cell, player) for player in ("forecast", "bound"))]
-    for cell in cells:
-        run_cell(cell, ignore)
-    unfinished = replace(small_cell, seed=4, directory=small_cell.directory.with_name("seed-4"))
-    add_regrets([*cells, unfinished], QUIET)
-    for cell in cells[:2]:
-        rows, evaluation = (pd.read_csv(cell.directory / name) for name in (REGRET_FILE, "evaluation.csv"))
-        assert (rows["utility_mbps"] == evaluation["utility_mbps"]).all()
-        assert (rows[["episode", "uav"]] == evaluation[["episode", "uav"]]).all(axis=None)
-    assert not has_regrets(cells[2])
-    assert not (cells[2].directory / REGRET_FILE).exists()
-    assert not unfinished.directory.exists()
-    monkeypatch.setattr("lawn_sb3.experiment.regret_files.fly", None)  # flying again would fail
-    add_regrets(cells, QUIET)
-
-
-def test_a_run_without_its_model_is_named_and_the_others_get_theirs(small_cell: Cell) -> None:
-    other, told = planned(small_cell, "shortest-path"), io.StringIO()
-    for cell in (small_cell, other):
-        run_cell(cell, ignore)
-    (small_cell.directory / "model.zip").unlink()
-    add_regrets([small_cell, other], Console(file=told))
-    assert f"no regrets of {small_cell.title}: " in told.getvalue()
-    assert "model.zip' is missing" in told.getvalue()
-    assert (other.directory / REGRET_FILE).exists()
-    assert not (small_cell.directory / REGRET_FILE).exists()
-
-
-def test_a_damaged_file_is_made_anew(small_cell: Cell) -> None:
-    cell = planned(small_cell, "shortest-path")
-    run_cell(cell, ignore)
-    add_regrets([cell], QUIET)
-    path: Path = cell.directory / REGRET_FILE
-    whole = path.read_bytes()
-    rows = pd.read_csv(path).assign(best_mbps=0.5)
-    for damaged in (
-        whole[: len(whole) // 2],
-        whole.replace(b"\n0,1,", b"\n0,1,9", 1),
-        b"",
-        rows.to_csv(index=False).encode(),
-    ):
-        path.write_bytes(damaged)
-        add_regrets([cell], QUIET)
-        assert path.read_bytes() == whole
-
-
-def test_a_run_made_anew_has_no_regrets_of_the_old_one(small_cell: Cell) -> None:
-    cell = planned(small_cell, "shortest-path")
-    run_cell(cell, ignore)
-    add_regrets([cell], QUIET)
-    run_cell(replace(cell, evaluation=cell.evaluation.model_copy(update={"seed": 1})), ignore)
-    assert not (cell.directory / REGRET_FILE).exists()

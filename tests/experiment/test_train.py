@@ -1,64 +1,27 @@
-"""A cell's run: complete, repeatable to the byte, and resumed after a cut as if there had been none."""
+"""A cell's run: complete, repeatable to the byte, and resumed after an interruption as if nothing had happened."""
 
 from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
-import torch as th
 import yaml
-from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
-from lawn_sb3.experiment.cell import FLIGHT_FILES, SAMPLED_FILE, is_finished, run_cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import build_model, load_player, load_run
 from lawn_sb3.experiment.recipe import Cell, Method, cells, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import Scenario
-
-
-class CutError(Exception):
-    """Stands for whatever ends a training early."""
-
-
-def ignore(env_steps: int) -> None:
-    """A progress report nobody reads."""
-
-
-def cut_at(limit: int) -> Callable[[int], None]:
-    """A progress report that ends the training."""
-
-    def report(env_steps: int) -> None:
-        if env_steps >= limit:
-            raise CutError
-
-    return report
-
-
-def parameters(cell: Cell) -> dict[str, th.Tensor]:
-    """The weights a run left."""
-    _, saved, _ = load_from_zip_file(cell.directory / "model.zip", load_data=False)
-    policy: dict[str, th.Tensor] = saved["policy"]
-    return policy
-
-
-@pytest.fixture
-def often(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A checkpoint after every rollout."""
-    original = checkpoint.Checkpoints.__init__
-
-    def every_rollout(self: checkpoint.Checkpoints, cell: Cell, watch: object) -> None:
-        original(self, cell, watch, every=1)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(checkpoint.Checkpoints, "__init__", every_rollout)
+from tests.experiment.training import InterruptionError, assert_equal_runs, ignore, interrupted_at, resumed
 
 
 def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cell: Cell) -> None:
@@ -90,39 +53,31 @@ def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None
     twin = replace(small_cell, directory=tmp_path / "twin")
     for cell in (small_cell, twin):
         run_cell(cell, ignore)
-    for name in ("evaluation.csv", "progress.csv", "config.yaml"):
-        assert (small_cell.directory / name).read_bytes() == (twin.directory / name).read_bytes(), name
-    for name, value in parameters(small_cell).items():
-        assert th.equal(value, parameters(twin)[name]), name
+    assert_equal_runs(small_cell, twin)
 
 
 @pytest.mark.usefixtures("often")
 @pytest.mark.parametrize("limit", [128, 192, 256])
-def test_a_cut_training_resumes_as_if_there_had_been_no_cut(small_cell: Cell, tmp_path: Path, limit: int) -> None:
-    whole = replace(small_cell, directory=tmp_path / "whole")
-    run_cell(whole, ignore)
-    with pytest.raises(CutError):
-        run_cell(small_cell, cut_at(limit))
+def test_an_interrupted_training_resumes_as_if_nothing_had_happened(small_cell: Cell, limit: int) -> None:
+    assert resumed(small_cell, limit)[0] == limit - 64
+
+
+@pytest.mark.usefixtures("often")
+def test_the_seconds_before_an_interruption_count(small_cell: Cell) -> None:
+    with pytest.raises(InterruptionError):
+        run_cell(small_cell, interrupted_at(192))
     assert not is_finished(small_cell)
-    before_the_cut = checkpoint.read_checkpoint(small_cell)["watch"].seconds  # type: ignore[index]
-    np.random.seed(0)
-    th.manual_seed(0)
-    reports: list[int] = []
-    run_cell(small_cell, reports.append)
-    assert reports[0] == limit - 64
+    before = checkpoint.read_checkpoint(small_cell)["watch"].seconds  # type: ignore[index]
+    run_cell(small_cell, ignore)
     record = json.loads((small_cell.directory / "provenance.json").read_text())
-    assert record["train_seconds"] >= round(before_the_cut, 1)
-    for name in (*FLIGHT_FILES, SAMPLED_FILE, "progress.csv"):
-        assert (small_cell.directory / name).read_bytes() == (whole.directory / name).read_bytes(), name
-    for name, value in parameters(small_cell).items():
-        assert th.equal(value, parameters(whole)[name]), name
+    assert record["train_seconds"] >= round(before, 1)
 
 
 @pytest.mark.usefixtures("often")
 def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: Cell) -> None:
-    with pytest.raises(CutError):
-        run_cell(small_cell, cut_at(128))
-    path = checkpoint.checkpoint_path(small_cell)
+    with pytest.raises(InterruptionError):
+        run_cell(small_cell, interrupted_at(128))
+    path = small_cell.directory / "checkpoint.pt"
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.warns(UserWarning, match=r"checkpoint\.pt"):
         run_cell(small_cell, ignore)
@@ -131,19 +86,19 @@ def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: 
 
 @pytest.mark.usefixtures("often")
 def test_a_checkpoint_of_other_settings_is_not_used(small_cell: Cell) -> None:
-    with pytest.raises(CutError):
-        run_cell(small_cell, cut_at(128))
+    with pytest.raises(InterruptionError):
+        run_cell(small_cell, interrupted_at(128))
     other = replace(small_cell, seed=4)
     reports: list[int] = []
     run_cell(other, reports.append)
     assert reports[0] == 0
 
 
-def test_nothing_of_another_configuration_stays_in_a_run_that_is_cut(small_cell: Cell) -> None:
+def test_nothing_of_another_configuration_stays_in_an_interrupted_run(small_cell: Cell) -> None:
     run_cell(small_cell, ignore)
     other = replace(small_cell, seed=4)
-    with pytest.raises(CutError):
-        run_cell(other, cut_at(128))
+    with pytest.raises(InterruptionError):
+        run_cell(other, interrupted_at(128))
     assert not (small_cell.directory / "model.zip").exists()
     assert not (small_cell.directory / "evaluation.csv").exists()
     assert not is_finished(other)

@@ -10,13 +10,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.results.csv_file import Allowed, read_table, read_text_columns
+from lawn_sb3.experiment.run_directory.csv_file import flag, number, read_table, read_texts, whole
 
 COLUMNS = {
-    "id": Allowed(0, 2, whole=True),
-    "share": Allowed(0.0, 1.0),
-    "any": Allowed(),
-    "done": Allowed(flag=True),
+    "id": whole("which", "", 0, 2),
+    "share": number("how much", "", 0, 1),
+    "any": number("anything", "m"),
+    "done": flag("whether"),
 }
 WHOLE = "id,share,any,done\n0,0.5,-7.25,True\n1,1,1e3,False\n2,0,0,True\n"
 
@@ -75,12 +75,12 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: st
 
 def test_a_missing_file_a_directory_and_binary_garbage_are_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"missing.csv cannot be read: No such file"):
-        read_text_columns(tmp_path / "missing.csv", ())
+        read_texts(tmp_path / "missing.csv", ())
     with pytest.raises(UserError, match="cannot be read: Is a directory"):
-        read_text_columns(tmp_path, ())
+        read_texts(tmp_path, ())
     (tmp_path / "garbage.csv").write_bytes(bytes(range(256)))
     with pytest.raises(UserError, match=r"garbage.csv cannot be read: it is no text"):
-        read_text_columns(tmp_path / "garbage.csv", ())
+        read_texts(tmp_path / "garbage.csv", ())
 
 
 @given(st.integers(0, len(WHOLE) - 1))

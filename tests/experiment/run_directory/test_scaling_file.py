@@ -8,9 +8,10 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from lawn_sb3.experiment.cell import SCALING_FILE, write_rows
+from lawn_sb3.experiment.after_training import fly_scaled
 from lawn_sb3.experiment.recipe import Cell, Recipe, Scaling
-from lawn_sb3.experiment.scaling import fly_scaled
+from lawn_sb3.experiment.run_directory.csv_file import write_rows
+from lawn_sb3.experiment.run_directory.files import SCALING_FILE
 from lawn_sb3.results.results import Results, read_results
 
 FLOWN = Scaling(num_uavs=(1, 3), episodes=2, methods=("random",))

@@ -1,0 +1,41 @@
+"""``config.yaml`` and ``finished``: what a run was made with, and whether it is the finished run of a cell."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import yaml
+
+from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
+from lawn_sb3.whole_files import write_text
+
+
+def write_configuration(cell: Cell) -> None:
+    """Write down all that the cell's run depends on."""
+    write_text(cell.directory / CONFIG_FILE, yaml.safe_dump(cell.configuration(), sort_keys=False))
+
+
+def mark_finished(cell: Cell) -> None:
+    """Say that the cell's run is complete."""
+    write_text(cell.directory / FINISHED_FILE, cell.fingerprint() + "\n")
+
+
+def is_finished(cell: Cell) -> bool:
+    """Whether a cell's run is complete and was made with the same configuration.
+
+    :param cell: the cell
+    :return: true if there is nothing left to do
+    """
+    try:
+        if (cell.directory / FINISHED_FILE).read_text(encoding="utf-8").strip() != cell.fingerprint():
+            return False
+        kept = yaml.safe_load((cell.directory / CONFIG_FILE).read_text(encoding="utf-8"))
+        return all(_agree(kept[part], cell.configuration()[part]) for part in ("method", "scenario", "evaluation"))
+    except (OSError, ValueError, KeyError, AttributeError, yaml.YAMLError):
+        return False
+
+
+def _agree(kept: dict[str, Any], now: dict[str, Any]) -> bool:
+    """Whether the fields that both know have the same values: a changed default is another configuration."""
+    return all(kept[name] == now[name] for name in kept.keys() & now.keys() - set(NOT_IN_RESULTS))

@@ -1,0 +1,121 @@
+"""One cell, from nothing to a finished run: train or resume, evaluate, and leave a run directory."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable
+
+from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+
+from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, read_checkpoint, resume_model
+from lawn_sb3.experiment.evaluation import evaluate, fly
+from lawn_sb3.experiment.players import ModelPlayer, build_model, training_env
+from lawn_sb3.experiment.probe import check_policy
+from lawn_sb3.experiment.provenance import provenance
+from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.registry import find_player
+from lawn_sb3.experiment.run_directory.configuration import mark_finished, write_configuration
+from lawn_sb3.experiment.run_directory.csv_file import write_rows
+from lawn_sb3.experiment.run_directory.files import (
+    CHECKPOINT_FILE,
+    EVALUATION_FILE,
+    FINISHED_FILE,
+    MODEL_FILE,
+    PATHS_FILE,
+    PROGRESS_FILE,
+    PROVENANCE_FILE,
+    RESULT_FILES,
+    SAMPLED_FILE,
+    SLOTS_FILE,
+    TENSORBOARD_FOLDER,
+)
+from lawn_sb3.experiment.run_directory.progress import ProgressCSV
+from lawn_sb3.experiment.watching import Watch
+from lawn_sb3.game.player import Player
+from lawn_sb3.whole_files import whole_file, write_json
+
+
+def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
+    """Train (or resume) and evaluate a cell.
+
+    :param cell: the cell
+    :param progress: called with the env steps trained so far
+    """
+    claim_directory(cell)
+    record = provenance()
+    player: Player
+    model: BaseAlgorithm | None = None
+    if cell.method.player is not None:
+        player = find_player(cell.method.player)
+        record["train_seconds"] = 0.0
+    else:
+        model, watch, resumed_at = _train(cell, progress)
+        record["resumed_at_env_steps"] = resumed_at
+        record["train_seconds"] = round(watch.seconds, 1)
+        player = ModelPlayer(model, cell.key, cell.evaluation.deterministic)
+    start = time.perf_counter()
+    chosen = cell.evaluation
+    flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, chosen.traced_episodes)
+    for name, rows in zip((EVALUATION_FILE, SLOTS_FILE, PATHS_FILE), flights, strict=True):
+        write_rows(cell.directory / name, rows)
+    if model is not None and chosen.deterministic:
+        sampling = ModelPlayer(model, cell.key, deterministic=False)
+        rows = evaluate(sampling, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
+        write_rows(cell.directory / SAMPLED_FILE, rows)
+    record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
+    write_json(cell.directory / PROVENANCE_FILE, record)
+    mark_finished(cell)
+    (cell.directory / CHECKPOINT_FILE).unlink(missing_ok=True)
+
+
+def claim_directory(cell: Cell) -> None:
+    """Make the run directory the cell's own: what another configuration left in it goes, a checkpoint to resume stays.
+
+    :param cell: the cell
+    """
+    cell.directory.mkdir(parents=True, exist_ok=True)
+    if read_checkpoint(cell) is None:
+        for name in (FINISHED_FILE, MODEL_FILE, CHECKPOINT_FILE, *RESULT_FILES):
+            (cell.directory / name).unlink(missing_ok=True)
+        shutil.rmtree(cell.directory / TENSORBOARD_FOLDER, ignore_errors=True)
+    write_configuration(cell)
+
+
+def try_method(cell: Cell) -> None:
+    """Build the model of a cell and check its policy, before anything is written.
+
+    :param cell: a cell whose method trains
+    :raises UserError: if the policy breaks a promise, or the algorithm refuses its settings
+    """
+    assert cell.method.policy is not None
+    check_policy(build_model(cell), cell.method.policy)
+
+
+def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, Watch, int]:
+    """Train a cell from its start or its checkpoint; save the model. Returns it, its watch and where it began."""
+    num_uavs, method, folder = cell.scenario.num_uavs, cell.method, cell.directory
+    checkpoint = read_checkpoint(cell)
+    model = build_model(cell) if checkpoint is None else resume_model(cell, checkpoint, training_env(cell))
+    began = model.num_timesteps // num_uavs
+    watch = Watch(cell, progress)
+    if checkpoint is not None:
+        watch.restore(checkpoint["watch"])
+    table = ProgressCSV(folder / PROGRESS_FILE, checkpoint["progress"] if checkpoint else "")
+    model.set_logger(Logger(str(folder), [table, TensorBoardOutputFormat(str(folder / TENSORBOARD_FOLDER))]))
+    for name, values in zip(PENDING, checkpoint["pending"] if checkpoint else (), strict=False):
+        getattr(model.logger, name).update(values)
+    progress(began)
+    model.learn(
+        total_timesteps=method.env_steps * num_uavs - model.num_timesteps,
+        callback=[watch, Checkpoints(cell, watch)],
+        log_interval=None,  # type: ignore[arg-type]  # the watch writes the rows
+        reset_num_timesteps=checkpoint is None,
+    )
+    model.logger.close()
+    assert method.policy is not None
+    check_policy(model, method.policy)  # what training has made of it
+    with whole_file(folder / MODEL_FILE) as part:
+        model.save(part)
+    return model, watch, began

@@ -1,0 +1,39 @@
+"""Tables and figures read back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.lines import Line2D
+
+from lawn_sb3.report.table import Table
+
+
+def rows_by(frame: pd.DataFrame, *columns: str) -> dict[Any, dict[Any, Any]]:
+    """The rows of a table by the values of some of its columns, which no two rows share."""
+    rows: dict[Any, dict[Any, Any]] = frame.set_index(list(columns)).to_dict("index")
+    return {key[0] if len(columns) == 1 and isinstance(key, tuple) else key: row for key, row in rows.items()}
+
+
+def numbers_of(table: Table) -> dict[Any, dict[Any, Any]]:
+    """Its numbers, by the key of the method."""
+    return rows_by(table.numbers, "key")
+
+
+def shown_of(table: Table) -> dict[Any, dict[Any, Any]]:
+    """What a reader sees, by the label of the method."""
+    return rows_by(table.shown, "Method")
+
+
+def interval_in(row: Mapping[Any, Any], name: str) -> list[float]:
+    """The interval that lies in three columns of a row: value, low and high."""
+    return [row[name], row[f"{name}_low"], row[f"{name}_high"]]
+
+
+def points_of(line: Line2D) -> list[list[float]]:
+    """The points of a line, x and y of each."""
+    points: list[list[float]] = np.asarray(line.get_xydata()).tolist()
+    return points
