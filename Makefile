@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help install test lint format reproduce ablation report ladder bench clean
+.PHONY: help install test lint style types arrows format docs reproduce ablation report ladder bench clean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
@@ -23,15 +23,24 @@ install: $(VENV)/installed ## build .venv from requirements.lock
 test: install ## run all tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
-lint: install ## check style, types and the arrows between the folders
+lint: style types arrows ## check style, types and the arrows between the folders: what pre-commit checks too
+
+style: install
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+types: install
 	$(BIN)/mypy
+
+arrows: install
 	$(BIN)/lint-imports --no-logo
 
 format: install ## put the code into the house style
 	$(BIN)/ruff check --fix .
 	$(BIN)/ruff format .
+
+docs: install ## build the pages of docs/ into docs/_build; warnings and broken links are errors
+	$(BIN)/sphinx-build -E -W --keep-going -q docs docs/_build
 
 reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)
@@ -49,5 +58,5 @@ bench: install ## measure the speed of simulator, environment and training
 	$(BIN)/lawn-sb3 bench
 
 clean: ## remove the virtual environment and caches, keep runs
-	rm -rf $(VENV) build dist *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist docs/_build docs/_made *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

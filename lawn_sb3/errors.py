@@ -23,3 +23,8 @@ def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = 
     near = difflib.get_close_matches(name, options, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     return UserError(f"unknown {what} {path or repr(name)}{hint}; known: {', '.join(options)}")
+
+
+def first_line(error: BaseException) -> str:
+    """What an error says, in one line; its kind if it says nothing."""
+    return next(iter(str(error).strip().splitlines()), type(error).__name__)

@@ -124,7 +124,10 @@ def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float])
 
 def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: Any) -> Results:
     """Results that hold these tables."""
-    return Results(recipe, pd.concat(episodes, ignore_index=True) if episodes else pd.DataFrame(), **tables)
+    results = Results(recipe, pd.concat(episodes, ignore_index=True) if episodes else pd.DataFrame())
+    for name, rows in tables.items():
+        setattr(results, name, rows)
+    return results
 
 
 def evidence(

@@ -22,11 +22,11 @@ from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.evaluation import flies_alone, fly
 from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
-from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, REPOSITORY, find_player
 from lawn_sb3.experiment.reproduce import training_bar
-from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, EVALUATION_FILE, FINISHED_FILE
 from lawn_sb3.experiment.train import run_cell, try_method

@@ -19,9 +19,10 @@ from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ceilings import ceilings, earned
 from lawn_sb3.experiment.plans import Advance, make_planner, plan_episodes
-from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
+from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.game.player import Player
 from lawn_sb3.planning.ceiling import tiny_games

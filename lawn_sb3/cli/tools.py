@@ -14,7 +14,7 @@ from rich.table import Table
 
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, say
 from lawn_sb3.experiment.benchmark import benchmark
-from lawn_sb3.experiment.players import trained_players
+from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.paper.identification import as_markdown, identify
@@ -23,8 +23,9 @@ from lawn_sb3.whole_files import write_json, write_text
 
 app = typer.Typer()
 
-ASKED = ("QMIX", "CTDE-MAPPO")
-"""Rows of the paper's Table II whose trained players ``identify`` asks; training gives nothing like its IQL row."""
+ASKED = {"QMIX": "qmix", "CTDE-MAPPO": "mappo-state"}
+"""Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
+for each; training gives nothing like its IQL row."""
 
 
 @app.command()
@@ -69,7 +70,8 @@ def identify_command(
     as_json: AsJson = False,
 ) -> None:
     """Try every value of the constants that the paper leaves open against the figures that it prints."""
-    players = trained_players(models, ASKED) if models.is_dir() else {}
+    kept = {row: kept_player(models / method) for row, method in ASKED.items()}
+    players = {row: player for row, player in kept.items() if player is not None}
     if not players:
         say(f"no trained players in {models}: the Random player alone is asked")
     with Progress(console=messages, transient=True) as bar:

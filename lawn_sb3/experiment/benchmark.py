@@ -11,7 +11,7 @@ import torch as th
 from stable_baselines3.common.vec_env import VecEnv
 
 from lawn_sb3.envs import make_vec_env
-from lawn_sb3.experiment.players import build_model
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import WelfarePlayer
@@ -24,7 +24,7 @@ from lawn_sb3.scenario import PRESETS, Scenario
 def benchmark(method: Method, report: Callable[[str], None]) -> dict[str, float]:
     """Measure all speeds.
 
-    :param method: the training to time, cut to a tenth of its budget
+    :param method: the training to time, for a tenth of its budget
     :param report: called with what is being measured
     :return: figures by name, the unit in the name
     """
@@ -53,12 +53,12 @@ def benchmark(method: Method, report: Callable[[str], None]) -> dict[str, float]
 
 
 def simulator_speed(scenario: Scenario, num_games: int, seconds: float = 2.0) -> float:
-    """Agent steps a second of the bare simulator under random play.
+    """How fast the bare simulator is under random play.
 
     :param scenario: the game
     :param num_games: games advanced together
     :param seconds: how long to measure
-    :return: agent steps a second
+    :return: agent steps per second
     """
     simulator = Simulator(scenario, num_games, seed=0)
     actions = np.random.default_rng(0).integers(0, simulator.num_actions, (64, num_games, scenario.num_uavs))
@@ -78,8 +78,8 @@ def paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: 
     :param first: one environment
     :param second: another of as many slots
     :param rounds: how often they take turns
-    :param steps: steps a turn
-    :return: seconds a step of each
+    :param steps: steps in each turn
+    :return: seconds that a step of each takes
     """
     rng = np.random.default_rng(0)
     num_actions = int(first.action_space.n)  # type: ignore[attr-defined]

@@ -40,7 +40,7 @@ def make_planner(name: str, **settings: Any) -> Player:
 
 
 class Planned(NamedTuple):
-    """What came of a planner."""
+    """What a planner did."""
 
     figures: dict[str, Any]
     """Means by name, the unit in the name."""

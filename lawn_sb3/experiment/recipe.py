@@ -40,7 +40,7 @@ class Evaluation(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    episodes: int = Field(200, ge=1, description="joint episodes a seed")
+    episodes: int = Field(200, ge=1, description="joint episodes per seed")
     seed: int = Field(20_000, ge=0, description="picks the test missions, the same for every method and seed")
     deterministic: bool = Field(True, description="greedy actions, as in the paper; otherwise sampled")
     record_every: int = Field(1_000, ge=1, description="env steps between two rows of progress.csv, at least")

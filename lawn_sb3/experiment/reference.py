@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.players import build_model, load_networks
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import (
@@ -20,7 +20,7 @@ from lawn_sb3.experiment.run_directory.files import (
     SCALING_FILE,
     WEIGHTS_FILE,
 )
-from lawn_sb3.experiment.weights import save_weights
+from lawn_sb3.experiment.weights import load_networks, save_weights
 
 ABLATION_FILES = (EVALUATION_FILE, SCALING_FILE, PROGRESS_FILE, PROVENANCE_FILE)
 """What is kept of an ablation's run: all that its report reads. There are too many methods to keep a model of each."""

@@ -9,9 +9,10 @@ from collections.abc import Callable
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
+from lawn_sb3.experiment.build import build_model, training_env
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
-from lawn_sb3.experiment.players import ModelPlayer, build_model, training_env
+from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance
 from lawn_sb3.experiment.recipe import Cell

@@ -40,7 +40,7 @@ class Search(BaseModel):
     recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
     trials: int = Field(12, ge=1, description="settings tried for each method; the first are the recipe's own")
     env_steps: int = Field(50_000, ge=1, description="budget of a training")
-    seeds: tuple[int, ...] = Field((100,), min_length=1, description="trainings a trial, apart from the reported seeds")
+    seeds: tuple[int, ...] = Field((100,), min_length=1, description="one training each per trial; none is reported")
     episodes: int = Field(200, ge=1, description="joint episodes each training is scored on")
     missions_seed: int = Field(30_000, ge=0, description="picks their missions, apart from the test's")
     space: dict[str, dict[str, list[Setting]]] = Field(min_length=1, description="method: setting: values")
@@ -74,7 +74,7 @@ def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs
 
     :param search: the search
     :param methods: the methods to search for
-    :param folder: where the studies are kept, one file a method
+    :param folder: where the studies are kept, one file per method
     :param jobs: trainings side by side
     :param console: where progress goes
     """

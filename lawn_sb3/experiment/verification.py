@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import pandas as pd
 
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.players import load_player, load_run
-from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.players import load_player
+from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE, MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.experiment.weights import are_rounded
@@ -54,7 +54,7 @@ def verify_run(directory: Path) -> Verification:
     try:
         left = path.read_text(encoding="utf-8").splitlines()
     except (OSError, ValueError) as error:
-        raise UserError(f"{str(path)!r} cannot be read: {str(error).splitlines()[0]}") from None
+        raise UserError(f"{str(path)!r} cannot be read: {first_line(error)}") from None
     flown = rows_as_text(again).splitlines()
     if len(left) != len(flown) or left[0] != flown[0]:
         raise UserError(f"{str(path)!r} has other rows or columns than an evaluation of this run")

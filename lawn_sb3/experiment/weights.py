@@ -1,15 +1,18 @@
-"""A trained model as plain arrays: what playing needs, in a file that holds no code."""
+"""The networks of a trained model: kept as plain arrays in a file that holds no code, and read back."""
 
 from __future__ import annotations
 
+import pickle
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import torch as th
 from stable_baselines3.common.base_class import BaseAlgorithm
+from stable_baselines3.common.save_util import load_from_zip_file
 
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import UserError, first_line
+from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.whole_files import whole_file
 
 MOST_BYTES = 1_000_000
@@ -60,5 +63,24 @@ def load_weights(model: BaseAlgorithm, path: Path) -> None:
     except KeyError as error:
         raise UserError(f"{str(path)!r} is not a whole model of this method: it lacks {error}") from None
     except (zipfile.BadZipFile, ValueError, RuntimeError, EOFError, OSError, TypeError) as error:
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise UserError(f"{str(path)!r} is not a whole model of this method: {reason}") from None
+        raise UserError(f"{str(path)!r} is not a whole model of this method: {first_line(error)}") from None
+
+
+def load_networks(model: BaseAlgorithm, directory: Path) -> None:
+    """Give a model the networks that a run left: ``model.zip``, or ``weights.npz`` where there is no such file.
+
+    :param model: a model of the run's method
+    :param directory: the run
+    :raises UserError: if the file is missing, damaged or another method's
+    """
+    path = directory / MODEL_FILE
+    if not path.exists() and (directory / WEIGHTS_FILE).exists():
+        load_weights(model, directory / WEIGHTS_FILE)
+        return
+    try:
+        _, parameters, _ = load_from_zip_file(path, device="cpu", load_data=False)
+        model.set_parameters(parameters, device="cpu")
+    except FileNotFoundError:
+        raise UserError(f"{str(path)!r} is missing: the run has not finished, or its model was not kept") from None
+    except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
+        raise UserError(f"{str(path)!r} is not a whole model of this method: {first_line(error)}") from None

@@ -33,7 +33,7 @@ def jain_index(values: ArrayLike) -> NDArray[np.float64]:
 def gini(values: ArrayLike) -> NDArray[np.float64]:
     """Gini coefficient: the mean difference of two UAVs, each drawn from all N, over twice the mean.
 
-    G = sum_i sum_j |x_i - x_j| / (2 N sum_i x_i)
+    G = sum_i sum_j ``|x_i - x_j|`` / (2 N sum_i x_i)
 
     :param values: x_i, a quantity of every UAV, 0 or more, in any unit [..., N]
     :return: from 0 (all equal) to (N - 1)/N (one UAV has everything) [...]; 0 if all have 0

@@ -39,7 +39,7 @@ def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> N
 
 @njit
 def count_loads(rules: Rules, state: State) -> None:
-    """Write the cell loads of all games: n_b = |{i : b_i = b}|, above Eq. (1)."""
+    """Write the cell loads of all games: n_b = ``|{i : b_i = b}|``, above Eq. (1)."""
     cell, position, flying, cell_load = rules.cell, state.position, state.flying, state.cell_load
     cell_load[:] = 0
     for g in range(flying.shape[0]):

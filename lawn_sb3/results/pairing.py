@@ -23,7 +23,7 @@ class Pair:
 
     :param key: the method
     :param baseline: the method that it is an ablation of
-    :param own: means of the method's evaluations, one row a seed, with the columns of ``EFFECTS``
+    :param own: means of the method's evaluations, one row per seed, with the columns of ``EFFECTS``
     :param other: the same of the default, with the same seeds in the same order
     """
 
@@ -41,7 +41,7 @@ class Pair:
         """Method minus default, seed by seed.
 
         :param quantity: a key of ``EFFECTS``
-        :return: one difference a seed, in the quantity's unit
+        :return: one difference per seed, in the quantity's unit
         """
         return self.own[quantity] - self.other[quantity]
 

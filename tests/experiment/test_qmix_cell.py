@@ -11,9 +11,11 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.players import build_model, load_player, load_run
+from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Cell, Method, parse_method
+from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
 from tests.experiment.conftest import SMALL_EVALUATION

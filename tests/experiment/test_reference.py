@@ -12,10 +12,10 @@ from rich.console import Console
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.after_training import add_regrets
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.players import load_player, load_run
+from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.reference import export_runs
-from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, SCALING_FILE
 from lawn_sb3.experiment.train import run_cell
 from tests.experiment.training import ignore

@@ -11,7 +11,7 @@ import torch as th
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import weights
-from lawn_sb3.experiment.players import build_model
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.weights import load_weights, save_weights
 from tests.experiment.test_iql_cell import small_iql_cell
@@ -73,7 +73,7 @@ def test_a_truncated_file_is_named_in_one_line(iql_cell: Cell, tmp_path: Path, k
 
 def test_a_pickle_inside_is_refused(iql_cell: Cell, tmp_path: Path) -> None:
     path = tmp_path / "w.npz"
-    np.savez(path, **{"policy": np.array([{"code": 1}], dtype=object)}, allow_pickle=True)  # type: ignore[arg-type]
+    np.savez(path, **{"policy": np.array([{"code": 1}], dtype=object)}, allow_pickle=True)
     assert zipfile.is_zipfile(path)
     with pytest.raises(UserError, match="not a whole model"):
         load_weights(build_model(iql_cell), path)

@@ -36,8 +36,7 @@ def interrupted_at(limit: int) -> Callable[[int], None]:
 def parameters(cell: Cell) -> dict[str, th.Tensor]:
     """The weights a run left."""
     _, saved, _ = load_from_zip_file(cell.directory / "model.zip", load_data=False)
-    policy: dict[str, th.Tensor] = saved["policy"]
-    return policy
+    return dict(saved["policy"])
 
 
 def assert_equal_runs(one: Cell, other: Cell) -> None:
@@ -46,8 +45,8 @@ def assert_equal_runs(one: Cell, other: Cell) -> None:
         first, second = (cell.directory / name for cell in (one, other))
         assert first.exists() == second.exists(), name
         assert not first.exists() or first.read_bytes() == second.read_bytes(), name
-    for name, value in parameters(one).items():
-        assert th.equal(value, parameters(other)[name]), name
+    for name, weights in parameters(one).items():
+        assert th.equal(weights, parameters(other)[name]), name
 
 
 def resumed(cell: Cell, limit: int) -> list[int]:

@@ -28,8 +28,8 @@ def test_scores_of_real_runs_agree_with_their_summary(recipe: Recipe, small_cell
         assert results.scores(method, "reward").shape == (2, 6)
         for seed, mean in enumerate(results.scores(method, "reward").mean(axis=1)):
             assert mean == pytest.approx(by_seed.loc[(method, seed), "reward"])
-        success = 100.0 * results.scores(method, "arrived").mean(axis=1)
-        assert success == pytest.approx(by_seed.loc[method, "success_percent"].to_numpy())
+            success = 100.0 * results.scores(method, "arrived")[seed].mean()
+            assert success == pytest.approx(by_seed.loc[(method, seed), "success_percent"])
 
 
 def test_unknown_methods_and_columns_are_refused_with_what_there_is() -> None:

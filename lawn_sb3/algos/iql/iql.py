@@ -56,7 +56,7 @@ class IQL(DQN):
     every env step. Of ``policy_kwargs`` with neither ``optimizer_class`` nor ``optimizer_kwargs``, ``QRDQN`` makes an
     Adam with an epsilon of 0.01 / batch_size.
 
-    :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.LEARNERS` over o_i
+    :param policy: the policy class of each learner, one of :data:`lawn_sb3.algos.iql.learners.LEARNERS` over o_i
     :param env: a vector environment from :func:`lawn_sb3.envs.make_vec_env`
     :param args: settings of ``DQN``, in its order
     :param double_q: let the online network pick the next action that the target network judges; for a ``DQNPolicy``

@@ -2,18 +2,47 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import yaml
 
-from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell
+from lawn_sb3.errors import UserError, first_line
+from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell, Evaluation, Method
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
+from lawn_sb3.scenario import Scenario
 from lawn_sb3.whole_files import write_text
 
 
 def write_configuration(cell: Cell) -> None:
     """Write down all that the cell's run depends on."""
     write_text(cell.directory / CONFIG_FILE, yaml.safe_dump(cell.configuration(), sort_keys=False))
+
+
+def load_run(directory: Path) -> Cell:
+    """Read back which cell a run directory holds.
+
+    :param directory: the run
+    :return: its cell
+    :raises UserError: if it holds no run, or another version's
+    """
+    path = directory / CONFIG_FILE
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        if not isinstance(values["seed"], int) or values["seed"] < 0:
+            raise ValueError(f"seed = {values['seed']!r}: a whole number from 0 up")
+        return Cell(
+            key=values["key"],
+            method=Method.model_validate(values["method"]),
+            seed=values["seed"],
+            scenario=Scenario.model_validate(values["scenario"]),
+            evaluation=Evaluation.model_validate(values["evaluation"]),
+            directory=directory,
+        )
+    except OSError as error:
+        raise UserError(f"{str(directory)!r} holds no run: {path.name}: {error.strerror}") from None
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        raise UserError(f"{str(path)!r} is not the configuration of a run: {first_line(error)}") from None
 
 
 def mark_finished(cell: Cell) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 import pandera.pandas as pa
 
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.whole_files import write_text
 
 MOST = sys.float_info.max
@@ -121,7 +121,7 @@ def read_texts(path: Path, needed: Iterable[str]) -> pd.DataFrame:
     try:
         rows = pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=False, skip_blank_lines=False)
     except ValueError as error:  # pandas' parser errors are ValueErrors
-        raise UserError(f"{path.name} cannot be read: {str(error).partition(chr(10))[0]}") from None
+        raise UserError(f"{path.name} cannot be read: {first_line(error)}") from None
     missing = [column for column in needed if column not in rows]
     if missing:
         raise UserError(f"{path.name} lacks the columns {', '.join(missing)}")

@@ -1,43 +1,35 @@
-"""Files of a run: each kind of damage is named in one line, and everything whole stays in the report."""
+"""The tables of a run, each by itself: every kind of damage is named in one line, and nothing damaged comes through."""
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable
 from pathlib import Path
 
 import pandas as pd
 import pytest
-import yaml
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.run_directory.progress import read_progress
 from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,
     read_paths,
     read_regrets,
     read_sampled,
+    read_scaling,
     read_slots,
 )
-from lawn_sb3.results.results import Results, read_results
+from tests.experiment.run_directory.conftest import FLOWN
 
-TABLES = {
-    "evaluation.csv": "episodes",
-    "evaluation_sampled.csv": "sampled",
-    "slots.csv": "slots",
-    "paths.csv": "paths",
-    "progress.csv": "curves",
-    "regret.csv": "regrets",
+READERS: dict[str, Callable[[Cell], pd.DataFrame]] = {
+    "evaluation.csv": read_evaluation,
+    "evaluation_sampled.csv": lambda cell: read_sampled(cell, read_evaluation(cell)),
+    "slots.csv": lambda cell: read_slots(cell, read_evaluation(cell)),
+    "paths.csv": lambda cell: read_paths(cell, read_evaluation(cell)),
+    "progress.csv": read_progress,
+    "regret.csv": lambda cell: read_regrets(cell, read_evaluation(cell)),
+    "scaling.csv": lambda cell: read_scaling(cell, FLOWN),
 }
-"""File: the table that it becomes a part of."""
-
-
-@pytest.fixture
-def damaged(small_cells: list[Cell]) -> Cell:
-    """The run that a test damages."""
-    return next(cell for cell in small_cells if cell.key == "mappo" and cell.seed == 1)
 
 
 def remove(path: Path) -> None:
@@ -70,7 +62,7 @@ def replace_by_a_directory(path: Path) -> None:
     path.mkdir()
 
 
-DAMAGES = {
+DAMAGES: dict[Callable[[Path], None], str] = {
     remove: "cannot be read: No such file",
     empty: "cannot be read: it is empty",
     cut_inside_the_last_number: "is cut off: line",
@@ -81,44 +73,14 @@ DAMAGES = {
 }
 
 
-def runs_in(table: pd.DataFrame) -> set[tuple[str, int]]:
-    return set(zip(table["method"], table["seed"], strict=True)) if len(table) else set()
-
-
 @pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
-@pytest.mark.parametrize("name", TABLES)
-def test_a_damaged_file_is_named_and_all_the_rest_stays(
-    planned: Recipe, planned_cells: list[Cell], damaged: Cell, name: str, damage: Callable[[Path], None]
-) -> None:
-    before = read_results(planned, planned_cells)
-    assert before.problems == []
-    damage(damaged.directory / name)
-    after = read_results(planned, planned_cells)
-    (problem,) = after.problems
-    assert problem.startswith(f"mappo seed 1: {name} {DAMAGES[damage]}")
-    for table in TABLES.values():
-        # A run without a whole evaluation counts for nothing; any other file only for its own table.
-        lost = {("mappo", 1)} if name == "evaluation.csv" or table == TABLES[name] else set()
-        assert runs_in(getattr(after, table)) == runs_in(getattr(before, table)) - lost
-
-
-def test_players_without_training_need_no_curve_and_no_sampled_play(small_cells: list[Cell], recipe: Recipe) -> None:
-    results = read_results(recipe, small_cells)
-    assert results.problems == []
-    assert (
-        runs_in(results.slots) == runs_in(results.paths) == {("random", 0), ("random", 1), ("mappo", 0), ("mappo", 1)}
-    )
-    assert runs_in(results.sampled) == runs_in(results.curves) == {("mappo", 0), ("mappo", 1)}
-
-
-def test_a_recipe_that_samples_anyway_needs_no_second_evaluation(recipe: Recipe, damaged: Cell) -> None:
-    # Its runs would be made without evaluation_sampled.csv, so it must not be missed.
-    sampling = damaged.evaluation.model_copy(update={"deterministic": False})
-    cell = Cell(damaged.key, damaged.method, 1, damaged.scenario, sampling, damaged.directory)
-    (damaged.directory / "evaluation_sampled.csv").unlink()
-    (damaged.directory / "finished").write_text(cell.fingerprint())
-    (damaged.directory / "config.yaml").write_text(yaml.safe_dump(cell.configuration()))
-    assert read_results(recipe, [cell]).problems == []
+@pytest.mark.parametrize("name", READERS)
+def test_a_damaged_file_is_named(scaled: Cell, name: str, damage: Callable[[Path], None]) -> None:
+    assert len(READERS[name](scaled))
+    damage(scaled.directory / name)
+    with pytest.raises(UserError, match=f"^{name} {DAMAGES[damage]}") as refusal:
+        READERS[name](scaled)
+    assert "\n" not in str(refusal.value)
 
 
 def test_an_evaluation_from_before_the_cell_loads_is_named_so(damaged: Cell) -> None:
@@ -171,93 +133,6 @@ def test_shuffled_rows_are_put_in_order(damaged: Cell) -> None:
     read_paths(damaged, ordered)
 
 
-def test_slots_paths_and_sampled_play_of_another_run_are_refused(recipe: Recipe, small_cells: list[Cell]) -> None:
-    random, mappo = (next(cell for cell in small_cells if cell.key == key) for key in ("random", "mappo"))
-    for name in ("slots.csv", "paths.csv"):
-        shutil.copy(random.directory / name, mappo.directory / name)
-    problems = read_results(recipe, small_cells).problems
-    assert [problem.split()[3].rstrip(":") for problem in problems] == ["slots.csv", "paths.csv"]
-
-
-def test_slots_must_add_up_to_the_uavs_that_fly(damaged: Cell) -> None:
-    path = damaged.directory / "slots.csv"
-    rows = pd.read_csv(path)
-    rows.loc[0, "gbs_1"] += 0.5
-    rows.to_csv(path, index=False)
-    expected = r"slots.csv: 4.5 UAVs fly in slot 1 by gbs_0 to gbs_3: must be 4 as in evaluation.csv"
-    with pytest.raises(UserError, match=expected):
-        read_slots(damaged, read_evaluation(damaged))
-
-
-def test_a_path_must_end_when_its_mission_does(damaged: Cell) -> None:
-    evaluation = read_evaluation(damaged)
-    slots = evaluation["slots"].copy()
-    slots[0], slots[1] = slots[0] - 1, slots[1] + 1  # the same number of rows, one slot at another UAV
-    expected = f"paths.csv: UAV 0 of episode 0 flies in slot {slots[0] + 1}: must end after the {slots[0]} slots"
-    with pytest.raises(UserError, match=expected):
-        read_paths(damaged, evaluation.assign(slots=slots))
-
-
-def test_paths_must_begin_at_the_test_missions_origins(damaged: Cell) -> None:
-    path = damaged.directory / "paths.csv"
-    rows = pd.read_csv(path)
-    at_origin = (rows["episode"] == 0) & (rows["slot"] == 0)
-    assert (
-        rows.loc[at_origin, list("xyz")].to_numpy() == evaluation_missions(damaged.scenario, 6, 20_000).origins[0]
-    ).all()
-    rows.loc[at_origin, "x"] = 9 - rows.loc[at_origin, "x"]
-    rows.to_csv(path, index=False)
-    with pytest.raises(UserError, match=r"paths.csv has other origins than the test missions of seed 20000"):
-        read_paths(damaged, read_evaluation(damaged))
-
-
-def test_sampled_play_must_have_flown_the_same_missions(damaged: Cell) -> None:
-    evaluation = read_evaluation(damaged)
-    other = evaluation.assign(min_slots=evaluation["min_slots"] + 1)
-    with pytest.raises(UserError, match=r"evaluation_sampled.csv has other missions than evaluation.csv"):
-        read_sampled(damaged, other)
-
-
-def test_regrets_are_asked_for_by_the_recipe_and_never_of_the_bound(
-    recipe: Recipe, small_cells: list[Cell], planned: Recipe, planned_cells: list[Cell]
-) -> None:
-    assert runs_in(read_results(planned, planned_cells).regrets) == {
-        (key, seed) for key in ("random", "mappo", "equilibrium") for seed in (0, 1)
-    }
-    for cell in small_cells:
-        (cell.directory / "regret.csv").unlink()
-    without = read_results(recipe, small_cells)
-    assert without.problems == []
-    assert len(without.regrets) == 0
-
-
-def test_regrets_must_be_of_the_same_utilities(damaged: Cell) -> None:
-    evaluation, path = read_evaluation(damaged), damaged.directory / "regret.csv"
-    rows = pd.read_csv(path).astype({"utility_mbps": float})
-    assert (rows["utility_mbps"] == evaluation["utility_mbps"]).all()
-    rows.loc[5, "utility_mbps"] = evaluation["utility_mbps"][5] + 1e-7  # rounding of the ninth digit
-    rows.iloc[::-1].to_csv(path, index=False)
-    assert read_regrets(damaged, evaluation)["uav"].tolist() == evaluation["uav"].tolist()  # whatever their order
-    rows.loc[5, "utility_mbps"] = 99.5
-    rows.to_csv(path, index=False)
-    had = f"{evaluation['utility_mbps'][5]:g}"
-    expected = f"regret.csv: UAV 1 of episode 1 had 99.5 Mbps: must be {had} as in evaluation.csv"
-    with pytest.raises(UserError, match=expected):
-        read_regrets(damaged, evaluation)
-
-
-def test_a_best_response_is_worth_no_less_than_a_flight_without_collision(damaged: Cell) -> None:
-    evaluation, path = read_evaluation(damaged), damaged.directory / "regret.csv"
-    evaluation = evaluation.assign(utility_mbps=20.0, collisions=0)
-    rows = pd.read_csv(path).assign(utility_mbps=20.0, best_mbps=21.0)
-    rows.loc[5, "best_mbps"] = 0.5
-    rows.to_csv(path, index=False)
-    with pytest.raises(UserError, match=r"UAV 1 of episode 1 had 20 Mbps without a collision: .* cannot be worth 0\.5"):
-        read_regrets(damaged, evaluation)
-    evaluation.loc[5, "collisions"] = 1  # the best response avoids it
-    assert read_regrets(damaged, evaluation)["best_mbps"][5] == 0.5
-
-
 def test_a_curve_must_reach_the_training_budget(damaged: Cell) -> None:
     # 2 games of 32 slots a rollout, and a record after each: 64, 128 and 192 of 192 env steps.
     path = damaged.directory / "progress.csv"
@@ -277,10 +152,3 @@ def test_a_curve_may_have_gaps_but_only_numbers(damaged: Cell) -> None:
     rows.assign(**{"missions/reward": "good"}).to_csv(path, index=False)
     with pytest.raises(UserError, match=r"progress.csv line 2: missions/reward = 'good': must be a finite number"):
         read_progress(damaged)
-
-
-def test_results_without_any_run_are_empty(recipe: Recipe) -> None:
-    results = read_results(recipe, [])
-    assert isinstance(results, Results)
-    assert results.methods == {}
-    assert len(results.slots) == len(results.paths) == len(results.sampled) == len(results.regrets) == 0

@@ -1,0 +1,109 @@
+"""Every example on a page does what the page says, as it stands there."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+
+from lawn_sb3.cli import main
+from lawn_sb3.scenario import load_scenario
+from tests.cli.test_ablation import METHODS
+from tests.cli.test_cli import recipe
+from tests.docs.pages import PAGES, blocks, prose
+
+TRIED = {
+    "README.md": ("PositionsCriticPolicy", "make_vec_env"),
+    "docs/policies.md": ("NearestCriticPolicy",),
+    "docs/other-trainers.md": ("make_vec_env", "skrl"),
+    "docs/planners.md": ("PrioritisedPlayer",),
+}
+"""What the Python examples of each page hold, by which the tests below find them."""
+
+
+def example(page: str, holds: str) -> str:
+    """The only Python example of a page that holds something."""
+    (code,) = (code for code in blocks(page, "python") if holds in code)
+    return code
+
+
+def lawn(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> None:
+    """Run a command, which has to succeed."""
+    monkeypatch.setattr(sys, "argv", ["lawn-sb3", *arguments])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert not end.value.code
+
+
+def test_every_python_example_is_tried_below() -> None:
+    for page in PAGES:
+        assert len(blocks(page, "python")) == len(TRIED.get(page, ())), page
+        for holds in TRIED.get(page, ()):
+            assert example(page, holds)
+
+
+@pytest.mark.parametrize(
+    ("page", "holds"), [("README.md", "PositionsCriticPolicy"), ("docs/policies.md", "NearestCriticPolicy")]
+)
+def test_a_policy_is_trained_and_compared_by_the_command_beside_it(
+    page: str, holds: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (name,) = set(re.findall(r"policies/(\w+)\.py`, in the folder", prose(page)))
+    assert f"lawn-sb3 ablate {name}\n" in blocks(page, "")[-1 if page == "README.md" else 0]
+    (tmp_path / "policies").mkdir()
+    (tmp_path / "policies" / f"{name}.py").write_text(example(page, holds), encoding="utf-8")
+    recipe(tmp_path, methods=METHODS)
+    monkeypatch.chdir(tmp_path)
+    lawn(monkeypatch, "reproduce", "tiny.yaml")
+    lawn(monkeypatch, "ablate", name, "--recipe", "tiny.yaml")
+    assert name in (tmp_path / "tiny" / name / "report" / "effects.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/scenarios-and-recipes.md"])
+def test_a_scenario_and_a_recipe_of_ones_own_are_flown_by_the_command_beside_them(
+    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    scenario, text = blocks(page, "yaml")
+    assert "`lawn-sb3 reproduce runs/mine.yaml`" in prose(page)
+    monkeypatch.chdir(tmp_path)
+    Path("mine.yaml").write_text(scenario, encoding="utf-8")
+    assert load_scenario("mine.yaml").num_uavs == 6
+    assert load_scenario("mine.yaml").num_gbs == 3
+    Path("runs").mkdir()
+    assert "env_steps: 50000" in text
+    shorter = yaml.safe_load(text.replace("env_steps: 50000", "env_steps: 2048"))
+    shorter |= {"seeds": shorter["seeds"][:1], "evaluation": {"episodes": 5, "watch_episodes": 5}}
+    Path("runs/mine.yaml").write_text(yaml.safe_dump(shorter), encoding="utf-8")
+    lawn(monkeypatch, "reproduce", "runs/mine.yaml")
+    assert "MAPPO" in Path("runs/mine/report/table2.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/other-trainers.md"])
+def test_the_environment_is_used_from_python(page: str, capsys: pytest.CaptureFixture[str]) -> None:
+    code = example(page, "make_vec_env")
+    assert page != "README.md" or len([line for line in code.splitlines() if line]) <= 10
+    exec(compile(code, page, "exec"), {})
+    assert "flying" in capsys.readouterr().out
+
+
+def test_a_planner_of_ones_own_is_scored_like_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(example("docs/planners.md", "PrioritisedPlayer"), "planners.md", "exec"), {})
+    first, second = (float(text) for text in re.findall(r"mean U (\d+\.\d) Mbps", capsys.readouterr().out))
+    assert 30.0 < first < second < 55.0
+
+
+def test_another_projects_trainer_learns_and_writes_no_files(tmp_path: Path) -> None:
+    command = [
+        sys.executable,
+        "-c",
+        f"import torch\ntorch.set_num_threads(1)\n{example('docs/other-trainers.md', 'skrl')}",
+    ]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    untrained, trained = map(float, re.findall(r"(-?\d+\.\d+) (?:untrained|after)", done.stdout))
+    assert trained > untrained
+    assert not list(tmp_path.iterdir())

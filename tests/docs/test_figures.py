@@ -1,0 +1,130 @@
+"""Figures on the pages are those of the results kept with the code; a failure says what has to stand there."""
+
+from __future__ import annotations
+
+import csv
+import json
+
+import pytest
+
+from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.paper.claims import load_claims
+from tests.docs.pages import PAGES, prose, reference, table_rows
+
+LEARNERS = ["iql", "qmix", "mappo", "mappo-state", "mappo-local", "mappo-blind"]
+
+
+def kept(name: str, quantity: str, **only: str) -> dict[str, float]:
+    """A column of a kept report's table, by its first column or by method; of rows with certain values alone."""
+    with reference(f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if all(row[key] == value for key, value in only.items())]
+    return {row.get("key") or next(iter(row.values())): float(row[quantity]) for row in rows if row[quantity]}
+
+
+def says(page: str, *sentences: str) -> None:
+    """Check that sentences stand on a page."""
+    text = prose(page).replace("**", "")
+    assert [sentence for sentence in sentences if sentence not in text] == []
+
+
+def test_the_table_of_the_readme_is_made_of_table_two() -> None:
+    heading, *rows = table_rows(reference("paper/table2.md").read_text("utf-8"))
+    columns = [heading.index(name) for name in ("Method", "J̄", "R̂ (Mbps)", "T̄ (slots)", "Success (%)", "U (Mbps)")]
+    by_method = {row[0]: [row[column] for column in columns] for row in rows}
+    shown = table_rows(PAGES["README.md"])
+    assert shown[0] == [heading[column] for column in columns]
+    assert len(shown[1:]) == 6
+    assert shown[1:] == [by_method[row[0]] for row in shown[1:]]
+
+
+def test_the_findings_of_the_readme() -> None:
+    reward, utility = kept("paper/table2", "reward"), kept("paper/table2", "utility_mbps")
+    told = kept("ladder/ladder_table", "utility_mbps")
+    says(
+        "README.md",
+        f"{reward['iql']:.2f} and {reward['qmix']:.2f} against {reward['mappo-state']:.2f}",
+        f"the best has U = {max(utility[key] for key in LEARNERS):.1f} Mbps; flying straight, with no learning, has "
+        f"{utility['shortest-path']:.1f}",
+        f"one gets {told['loads']:.1f} Mbps out of what the paper lets a UAV see",
+        f"a learner has {told['intents']:.1f} Mbps, the best flights known {told['welfare']:.1f}",
+        f"no closer than {utility['welfare']:.1f} to {utility['bound']:.1f} Mbps a UAV",
+    )
+
+
+def test_the_tally_of_the_claims() -> None:
+    (summary,) = json.loads(reference("paper/report.json").read_text("utf-8"))["summary"]
+    tally = summary.removeprefix("The paper's claims: ")
+    says("docs/results.md", tally, f"{len(load_claims())} checkable claims")
+    says("README.md", f"{len(load_claims())} of its claims", *(f"- {part}" for part in tally.strip(".").split(", ")))
+
+
+def test_what_the_runs_of_the_paper_cost() -> None:
+    paths = (REPOSITORY / "runs" / "reference" / "paper").glob("*/seed-*/provenance.json")
+    records = [json.loads(path.read_text("utf-8")) for path in paths]
+    minutes = sum(record["train_seconds"] + record["evaluate_seconds"] for record in records) / 60.0
+    says("README.md", f"The {len(records)} runs of `make reproduce` add up to {minutes:.0f} minutes of one core")
+    assert {(record["hardware"]["processor"], record["hardware"]["cores"]) for record in records} == {("AMD EPYC", 2)}
+
+
+def test_how_far_from_the_optimum() -> None:
+    utility = kept("paper/table2", "utility_mbps")
+    best = max(LEARNERS, key=lambda key: utility[key])
+    share = [kept("paper/table2", f"share_{side}_percent")[best] for side in ("high", "low")]
+    gaps = [kept("paper/regret", "nash_gap_mbps")[key] for key in LEARNERS]
+    worst = kept("paper/fairness", "worst_mbps")
+    least, most = kept("paper/anarchy", "at_least"), kept("paper/anarchy", "at_most")
+    (anarchy,) = (name for name in most if name.startswith("Price of anarchy"))
+    (stability,) = (name for name in most if name.startswith("Price of stability"))
+    says(
+        "docs/optimum.md",
+        f"{100.0 - share[0]:.0f} to {100.0 - share[1]:.0f} % of the welfare is left on the table",
+        f"mean utility of {utility['welfare']:.1f} Mbps are known, and none can have more than {utility['bound']:.1f}",
+        f"collects {utility[best]:.1f}, a shortest path {utility['shortest-path']:.1f}",
+        f"`forecast` earns {utility['forecast']:.1f} Mbps",
+        f"have {utility['worst-equilibrium']:.1f} to {utility['equilibrium']:.1f} Mbps there",
+        f"price of anarchy is at least {least[anarchy]:.2f}",
+        f"at most {most[anarchy]:.0f}, from",
+        f"price of stability is at most {most[stability]:.2f}",
+        f"Nash gap is {min(gaps):.0f} to {max(gaps):.0f} Mbps",
+        f"the least has {worst['welfare']:.1f} Mbps on average, with a shortest path {worst['shortest-path']:.1f}",
+    )
+    assert all(60.0 < kept("paper/regret", "gaining_percent")[key] < 72.0 for key in LEARNERS)  # two in three
+    assert kept("paper/regret", "equilibria_percent")["welfare"] == pytest.approx(50.0, abs=2.0)  # half
+
+
+def test_the_ladder_on_the_test_missions() -> None:
+    told = kept("ladder/ladder_table", "utility_mbps")
+    says("docs/knowledge.md", f"test missions {told['intents']:.1f} against {told['worst-equilibrium']:.1f}")
+
+
+def test_what_each_part_is_worth() -> None:
+    learning, ratio = (kept("ablation/learning_effects", name) for name in ("mean_success_percent", "ratio"))
+    reward, utility = kept("ablation/effects", "reward"), kept("ablation/effects", "utility_mbps")
+    faster = [f"{learning[f'mappo-{name}']:.1f}" for name in ("relative", "masked", "local")]
+    says(
+        "docs/ablations.md",
+        f"success {100.0 + kept('ablation/effects', 'success_percent')['mappo-no-nav']:.0f} % instead of 100 %",
+        f"{faster[0]}, {faster[1]} and {faster[2]} points of mean success",
+        f"takes {ratio['mappo-separate']:.1f} times as long, and {-utility['mappo-separate']:.1f} Mbps",
+        f"costs {-utility['mappo-state']:.1f} Mbps of utility, {-reward['mappo-state']:.3f} of J̄ and a quarter of a "
+        f"slot, and {-learning['mappo-state']:.1f} points",
+        f"({-learning['qmix-additive']:.1f} points of mean success)",
+    )
+    assert kept("ablation/effects", "makespan_slots")["mappo-state"] == pytest.approx(0.25, abs=0.03)
+    for quantity in ("reward", "utility_mbps", "collisions"):
+        low, high = kept("ablation/effects", f"{quantity}_low"), kept("ablation/effects", f"{quantity}_high")
+        for name in ("no-rate", "no-col", "no-term", "relative", "masked", "recurrent", "set", "local", "raw"):
+            assert low[f"mappo-{name}"] < 0.0 < high[f"mappo-{name}"], (quantity, name)
+
+
+def test_more_uavs_than_in_training() -> None:
+    at_64 = {name: kept("ablation/scaling", name, num_uavs="64") for name in ("success_percent", "collisions")}
+    success, collisions = at_64["success_percent"], at_64["collisions"]
+    low, high = (kept("ablation/scaling", f"success_percent_{side}", num_uavs="64") for side in ("low", "high"))
+    says(
+        "docs/scaling.md",
+        f"MAPPO falls to {success['mappo']:.0f} % [{low['mappo']:.0f}, {high['mappo']:.0f}], QMIX to "
+        f"{success['qmix']:.0f} %",
+    )
+    assert success["mappo-blind"] == 100.0
+    assert collisions["qmix"] / collisions["random"] == pytest.approx(5.0, abs=0.5)
