@@ -73,7 +73,8 @@ def _figure(results: Results) -> Figure:
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
         for key, method in _drawn(results).items()
     ]
-    handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
+    if any(method.paper_row for method in results.methods.values()):
+        handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
 
