@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 
 import matplotlib as mpl
@@ -77,11 +78,7 @@ def colours(methods: Iterable[str]) -> dict[str, str]:
     :param methods: keys of the methods
     :return: known methods in their own colour, others in the colours that are left, in order
     """
-    methods = list(methods)
-    taken = {COLOURS[key] for key in methods if key in COLOURS}
-    free = [colour for colour in OKABE_ITO if colour not in taken] or list(OKABE_ITO)
-    others = [key for key in methods if key not in COLOURS]
-    return {key: COLOURS[key] if key in COLOURS else free[others.index(key) % len(free)] for key in methods}
+    return _dealt(methods, COLOURS, OKABE_ITO)
 
 
 def line_of(method: str) -> LineStyle:
@@ -99,10 +96,15 @@ def markers(methods: Iterable[str]) -> dict[str, str]:
     :param methods: keys of all methods of a recipe, so that figures of some of them agree
     :return: known methods with their own marker, others with those that are left, in order
     """
-    methods, known = list(methods), dict(zip(KNOWN, MARKERS, strict=False))
-    free = [marker for marker in MARKERS if marker not in {known.get(key) for key in methods}] or list(MARKERS)
-    others = [key for key in methods if key not in known]
-    return {key: known[key] if key in known else free[others.index(key) % len(free)] for key in methods}
+    return _dealt(methods, dict(zip(KNOWN, MARKERS, strict=False)), MARKERS)
+
+
+def _dealt(methods: Iterable[str], known: Mapping[str, str], spare: Sequence[str]) -> dict[str, str]:
+    """Known methods get their own, the others in order what none of those has."""
+    methods = list(methods)
+    taken = {known[key] for key in methods if key in known}
+    left = cycle([look for look in spare if look not in taken] or spare)
+    return {key: known[key] if key in known else next(left) for key in methods}
 
 
 def use_house_style() -> None:

@@ -46,37 +46,46 @@ def test_every_python_example_is_tried_below() -> None:
             assert example(page, holds)
 
 
+@pytest.fixture(scope="module")
+def ablated(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with a small recipe of ablations and its runs."""
+    folder = tmp_path_factory.mktemp("ablated")
+    recipe(folder, methods=METHODS)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        lawn(patch, "reproduce", "tiny.yaml")
+    return folder
+
+
 @pytest.mark.parametrize(
     ("page", "holds"), [("README.md", "PositionsCriticPolicy"), ("docs/policies.md", "NearestCriticPolicy")]
 )
 def test_a_policy_is_trained_and_compared_by_the_command_beside_it(
-    page: str, holds: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    page: str, holds: str, ablated: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (name,) = set(re.findall(r"policies/(\w+)\.py`, in the folder", prose(page)))
-    assert f"lawn-sb3 ablate {name}\n" in blocks(page, "")[-1 if page == "README.md" else 0]
-    (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / f"{name}.py").write_text(example(page, holds), encoding="utf-8")
-    recipe(tmp_path, methods=METHODS)
-    monkeypatch.chdir(tmp_path)
-    lawn(monkeypatch, "reproduce", "tiny.yaml")
+    assert f"lawn-sb3 ablate {name}\n" in "".join(blocks(page, ""))
+    (ablated / "policies").mkdir(exist_ok=True)
+    (ablated / "policies" / f"{name}.py").write_text(example(page, holds), encoding="utf-8")
+    monkeypatch.chdir(ablated)
     lawn(monkeypatch, "ablate", name, "--recipe", "tiny.yaml")
-    assert name in (tmp_path / "tiny" / name / "report" / "effects.md").read_text(encoding="utf-8")
+    assert name in (ablated / "tiny" / name / "report" / "effects.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/scenarios-and-recipes.md"])
 def test_a_scenario_and_a_recipe_of_ones_own_are_flown_by_the_command_beside_them(
-    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    scenario, text = blocks(page, "yaml")
-    assert "`lawn-sb3 reproduce runs/mine.yaml`" in prose(page)
+    scenario, text = blocks("README.md", "yaml")
+    assert blocks("docs/scenarios-and-recipes.md", "yaml") == [scenario, text]
+    assert "`lawn-sb3 reproduce runs/mine.yaml`" in prose("README.md")
     monkeypatch.chdir(tmp_path)
     Path("mine.yaml").write_text(scenario, encoding="utf-8")
-    assert load_scenario("mine.yaml").num_uavs == 6
-    assert load_scenario("mine.yaml").num_gbs == 3
-    Path("runs").mkdir()
+    game = load_scenario("mine.yaml")
+    assert (game.num_uavs, game.num_gbs) == (6, 3)
     assert "env_steps: 50000" in text
     shorter = yaml.safe_load(text.replace("env_steps: 50000", "env_steps: 2048"))
     shorter |= {"seeds": shorter["seeds"][:1], "evaluation": {"episodes": 5, "watch_episodes": 5}}
+    Path("runs").mkdir()
     Path("runs/mine.yaml").write_text(yaml.safe_dump(shorter), encoding="utf-8")
     lawn(monkeypatch, "reproduce", "runs/mine.yaml")
     assert "MAPPO" in Path("runs/mine/report/table2.md").read_text(encoding="utf-8")

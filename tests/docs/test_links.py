@@ -8,8 +8,7 @@ import pytest
 
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe, Scaling
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.run_directory import files
-from lawn_sb3.scenario import Scenario, load_scenario
+from lawn_sb3.scenario import Scenario
 from tests.docs.pages import PAGES, blocks, prose
 
 NOT_THERE = re.compile(r"/(NAME|RECIPE|nearest|positions|mine|ablation/nearest)\b")
@@ -62,21 +61,6 @@ def test_every_page_is_in_the_index_for_readers_of_plain_markdown_and_for_sphinx
 def test_every_key_of_a_scenario_and_of_a_recipe_is_explained(model: type) -> None:
     page = PAGES["docs/scenarios-and-recipes.md"]
     assert [key for key in model.model_fields if f"`{key}`" not in page] == []  # type: ignore[attr-defined]
-
-
-def test_every_file_and_column_of_a_run_is_explained() -> None:
-    page = PAGES["docs/run-directory.md"]
-    game = load_scenario("tiny")
-    tables = (
-        files.evaluation_columns(game, 1),
-        files.slots_columns(game, 1),
-        files.paths_columns(game, 1),
-        files.regret_columns(game, 1),
-        files.scaling_columns(game),
-    )
-    named = [value for name, value in vars(files).items() if name.endswith("_FILE")]
-    columns = [column for table in tables for column in table if not re.match(r"(gbs|load)_[2-9]", column)]
-    assert [name for name in named + columns if f"`{name}`" not in page] == []
 
 
 def test_no_placeholder_is_left() -> None:

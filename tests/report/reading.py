@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.lines import Line2D
 
+from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.table import Table
 
 
@@ -37,3 +38,19 @@ def points_of(line: Line2D) -> list[list[float]]:
     """The points of a line, x and y of each."""
     points: list[list[float]] = np.asarray(line.get_xydata()).tolist()
     return points
+
+
+def table_in(section: Section | None, name: str) -> Table:
+    """A table of a section."""
+    assert section is not None
+    part = section.shown[name]
+    assert isinstance(part, Table)
+    return part
+
+
+def picture_in(section: Section | None, name: str) -> Picture:
+    """A figure of a section, with its caption."""
+    assert section is not None
+    part = section.shown[name]
+    assert isinstance(part, Picture)
+    return part

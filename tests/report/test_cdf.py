@@ -10,6 +10,7 @@ from lawn_sb3.report.cdf import distributions, planners, references
 from lawn_sb3.report.sections import utility_cdf
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, player, recipe_with, results_of
+from tests.report.reading import picture_in
 
 METHODS: dict[str, Method] = {
     "random": player("random"),
@@ -25,7 +26,8 @@ def drawn(methods: dict[str, Method]) -> tuple[list[list[str]], str]:
     """The labels of the curves in each panel, and the caption of Fig. 3."""
     results = results_of(recipe_with(methods), *(flown(key, 0, utility_mbps=[4.0]) for key in methods))
     axes = distributions(results, results.episodes, "utility_mbps", "u", "F").axes
-    return [[str(line.get_label()) for line in ax.lines] for ax in axes], utility_cdf.caption(results)
+    caption = picture_in(utility_cdf.section(results), "fig3_utility_cdf").caption
+    return [[str(line.get_label()) for line in ax.lines] for ax in axes], caption
 
 
 def test_planners_have_a_panel_of_their_own_with_straight_flight_and_a_learner_beside_them() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections.table_two import HEADING
-from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.report.table import interval_columns, sample_of, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import UNKNOWN, interquartile_mean, paired_difference, probability_of_improvement
@@ -15,32 +15,15 @@ COMPARED = ("reward", "utility_mbps")
 
 
 def section(results: Results) -> Section | None:
-    """The comparison with CTDE-MAPPO."""
-    joint = results.without_bound()
-    base = base_method(joint)
-    return None if base is None else Section(HEADING, {"comparison": comparison(joint, base)})
-
-
-def base_method(results: Results) -> str | None:
-    """The method that the others are held against.
+    """Interquartile means, and differences to CTDE-MAPPO with the probability of being better.
 
     :param results: what the runs left
-    :return: its key: CTDE-MAPPO with the paper's critic, or with another one, or none
+    :return: a table with one row for each method whose UAVs meet; none without CTDE-MAPPO
     """
-    for policy in BASES:
-        for key, method in results.methods.items():
-            if method.algo == "mappo" and method.policy == policy:
-                return key
-    return None
-
-
-def comparison(results: Results, base: str) -> Table:
-    """Interquartile means, and differences to one method with the probability of being better.
-
-    :param results: what the runs left
-    :param base: key of the method that the others are held against
-    :return: one row a method
-    """
+    results = results.without_bound()
+    base = _base_method(results)
+    if base is None:
+        return None
     rows = []
     for key, method in results.methods.items():
         row: dict[str, object] = {"method": method.label, "key": key}
@@ -65,4 +48,13 @@ def comparison(results: Results, base: str) -> Table:
         "ties counted half. In brackets 95 % bootstrap intervals over seeds, missions held fixed; with five seeds they "
         "hold the true value in about five of six cases. n: seeds × test episodes."
     )
-    return table_of(rows, caption)
+    return Section(HEADING, {"comparison": table_of(rows, caption)})
+
+
+def _base_method(results: Results) -> str | None:
+    """Key of CTDE-MAPPO with the paper's critic, or with another one."""
+    for policy in BASES:
+        for key, method in results.methods.items():
+            if method.algo == "mappo" and method.policy == policy:
+                return key
+    return None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.table import Table, interval_columns, sample_text, table_of
+from lawn_sb3.report.table import interval_columns, sample_text, table_of
 from lawn_sb3.results.learning import THRESHOLD, median_crossing
 from lawn_sb3.results.pairing import EFFECTS, MARK, Pair, left_out, pair_up, significant
 from lawn_sb3.results.quantities import QUANTITIES
@@ -23,22 +23,18 @@ SEARCHED = (
 
 
 def section(results: Results) -> Section:
-    """The effects, and the names of the ablations that have none."""
-    table = effects(results) if pair_up(results) else None
-    return Section(HEADING, {"effects": table}, problems=tuple(left_out(results)))
-
-
-def effects(results: Results) -> Table:
     """Every ablation minus its default, seed by seed.
 
     :param results: what the runs left
-    :return: a row for each default, with its own figures, and below it one for each of its ablations, from the
-        best effect on J to the worst; numbers have ``NAME, NAME_low, NAME_high`` of every quantity
+    :return: a table with one row for each default, with its own figures, and below it one for each of its ablations,
+        from the best effect on J to the worst; numbers have ``NAME, NAME_low, NAME_high`` of every quantity. Ablations
+        without an effect are named among the problems
     """
     groups, rows = pair_up(results), []
     for baseline, pairs in groups.items():
         rows += [_default_row(results, baseline), *(_effect_row(results, pair) for pair in pairs)]
-    return table_of(rows, _caption([pair for pairs in groups.values() for pair in pairs]))
+    table = table_of(rows, _caption([pair for pairs in groups.values() for pair in pairs]))
+    return Section(HEADING, {"effects": table}, problems=tuple(left_out(results)))
 
 
 def _default_row(results: Results, key: str) -> tuple[dict[str, object], dict[str, str]]:

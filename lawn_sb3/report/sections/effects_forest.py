@@ -36,7 +36,7 @@ CAPTION = (
 
 def section(results: Results) -> Section | None:
     """The effects at a glance."""
-    return Section(HEADING, {"effects_forest": Picture(effects_figure(results), CAPTION)}) if pair_up(results) else None
+    return Section(HEADING, {"effects_forest": Picture(_figure(results), CAPTION)}) if pair_up(results) else None
 
 
 class Span(NamedTuple):
@@ -50,12 +50,8 @@ class Span(NamedTuple):
         return bool(values.min() >= self.low and values.max() <= self.high)
 
 
-def effects_figure(results: Results) -> Figure:
-    """The effects on J, success, makespan and utility side by side.
-
-    :param results: what the runs left
-    :return: the figure: a row an ablation, grouped under its default, in the order of the table of effects
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each quantity: one row for each ablation, under its default, in the order of the table."""
     use_house_style()
     groups = pair_up(results)
     rows: list[str | Pair] = []

@@ -45,7 +45,7 @@ def fairness(results: Results) -> Table:
     for name, (heading, decimals) in COLUMNS.items():
         shown[heading] = interval_texts(numbers, name, decimals)
     shown["n"] = [sample_of(results, key) for key in results.methods]
-    return Table(numbers, shown, caption(results))
+    return Table(numbers, shown, _caption(results))
 
 
 def _by_seed(results: Results, method: str) -> dict[str, NDArray[np.float64]]:
@@ -61,8 +61,7 @@ def _by_seed(results: Results, method: str) -> dict[str, NDArray[np.float64]]:
     }
 
 
-def caption(results: Results) -> str:
-    """What the table of fairness shows."""
+def _caption(results: Results) -> str:
     return (
         f"How evenly the utilities U of an episode fall on its {results.recipe.game().num_uavs} UAVs. Jain index: 1 if "
         "all have the same, 1/N if one has everything; Gini: 0 and (N - 1)/N. An episode in which nobody arrives, and "

@@ -31,15 +31,11 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not joint.methods:
         return None
-    return Section(HEADING, {"fairness_tradeoff": Picture(fairness_tradeoff(joint), caption(joint))})
+    return Section(HEADING, {"fairness_tradeoff": Picture(_figure(joint), _caption(joint))})
 
 
-def drawn(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """The methods of the table of fairness that have a point, and those that are too far off.
-
-    :param results: what the runs left
-    :return: their rows
-    """
+def _drawn(results: Results) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Rows of the methods of the table of fairness that have a point, and of those that are too far off."""
     numbers = fairness(results).numbers
     near = numbers["utility_mbps"] >= FAR_OFF * numbers["utility_mbps"].max()
     return numbers[near], numbers[~near]
@@ -63,12 +59,8 @@ def frontier(results: Results) -> NDArray[np.float64]:
     return np.array(points)
 
 
-def fairness_tradeoff(results: Results) -> Figure:
-    """Draw fairness against mean utility, and once more without the planners, which lie far apart.
-
-    :param results: what the runs left
-    :return: the figure; a point is the mean over episodes and seeds, its bars the 95 % intervals over seeds
-    """
+def _figure(results: Results) -> Figure:
+    """Fairness against mean utility, and once more without the planners, which lie far apart."""
     use_house_style()
     rows = _rows(results)
     figure = Figure(figsize=(10, 3.8 * len(rows)), layout="constrained")
@@ -86,7 +78,7 @@ def fairness_tradeoff(results: Results) -> Figure:
 
 def _rows(results: Results) -> list[pd.DataFrame]:
     """What each row of panels shows."""
-    near = drawn(results)[0]
+    near = _drawn(results)[0]
     others = near[~near["key"].isin(planners(results.methods))]
     return [near, others] if 1 < len(others) < len(near) else [near]
 
@@ -100,12 +92,11 @@ def _draw(ax: Axes, results: Results, numbers: pd.DataFrame, column: str) -> Non
         ax.plot(x, y, looks[key], color=palette[key], markersize=7, label=row["method"])
 
 
-def caption(results: Results) -> str:
-    """What the figure shows, and how to read it."""
+def _caption(results: Results) -> str:
     off = [
         f"{row['method']} (mean U {row['utility_mbps']:.1f} Mbps, Jain index {row['jain']:.2f}, "
         f"worst UAV {row['worst_mbps']:.1f} Mbps)"
-        for _, row in drawn(results)[1].iterrows()
+        for _, row in _drawn(results)[1].iterrows()
     ]
     again = " Bottom: the same without the planners." if len(_rows(results)) > 1 else ""
     outside = f" Far to the left and not drawn: {', '.join(off)}." if off else ""

@@ -41,9 +41,8 @@ def section(results: Results) -> Section | None:
     """Figure and table of a recipe that has a ladder."""
     if not has_ladder(results):
         return None
-    return Section(
-        HEADING, {"ladder": Picture(ladder(results), caption(results)), "ladder_table": ladder_table(results)}
-    )
+    figure = Picture(_figure(results), _caption(results))
+    return Section(HEADING, {"ladder": figure, "ladder_table": _table(results)})
 
 
 def has_ladder(results: Results) -> bool:
@@ -55,12 +54,8 @@ def has_ladder(results: Results) -> bool:
     return len({rung_of(method) for method in results.methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
-def ladder_table(results: Results) -> Table:
-    """What each method knows, what has to be broadcast for it, and what it earns.
-
-    :param results: what the runs left
-    :return: one row a method, from the bottom of the ladder to its top
-    """
+def _table(results: Results) -> Table:
+    """What each method knows and what it earns, from the bottom of the ladder to its top."""
     scenario, rows = results.recipe.game(), []
     beside = next((key for key, method in results.methods.items() if method.player == BESIDE), None)
     climbing = sorted(results.methods.items(), key=lambda item: _height(item[1]))  # stable: otherwise in order
@@ -91,7 +86,7 @@ def ladder_table(results: Results) -> Table:
             row |= interval_columns({"over_forecast_mbps": more})
             cells["Δ U to forecast"] = "–" if key == beside else more.text(UTILITY.fine_decimals)
         rows.append((row, {**cells, "n": sample_of(results, key)}))
-    text = (
+    caption = (
         "What the UAVs know when they act and what they earn, from the bottom of the ladder to its top. Told: bits "
         "that every UAV has to broadcast in every slot, without any coding; cell loads are counted by the GBSs, clock "
         "and memory are a UAV's own. Slack: slots beyond T_min in which a learner may arrive. U: mean utility. Δ: "
@@ -99,7 +94,7 @@ def ladder_table(results: Results) -> Table:
         "bootstrap intervals over training seeds, missions held fixed. Equilibria and welfare are planned jointly, "
         "with all of x known to everybody. n: seeds × test episodes."
     )
-    return table_of(rows, text)
+    return table_of(rows, caption)
 
 
 def _height(method: Method) -> tuple[int, bool]:
@@ -113,12 +108,8 @@ def _teaching(method: Method) -> str:
     return f"from {method.settings.get('teacher', 'mean-field')}" if method.algo == "imitate" else "from scratch"
 
 
-def ladder(results: Results) -> Figure:
-    """Draw what each method earns above what it knows.
-
-    :param results: what the runs left
-    :return: the figure: a point a method with its 95 % interval over seeds, and lines for players that are limits
-    """
+def _figure(results: Results) -> Figure:
+    """What each method earns above what it knows, and lines for players that are limits."""
     use_house_style()
     figure = Figure(figsize=(10.5, 5.4), layout="constrained")
     ax = figure.subplots()
@@ -175,8 +166,7 @@ def limit_line(ax: Axes, results: Results, key: str, colour: str, inside: bool =
     ax.text(x, value, label, color="0.2", fontsize="small", ha=across, va=up, transform=edge)
 
 
-def caption(results: Results) -> str:
-    """What the ladder shows."""
+def _caption(results: Results) -> str:
     steps = sorted({method.env_steps for method in results.methods.values() if method.algo is not None})
     return (
         "Mean utility by what a UAV knows when it acts, and the bits that each UAV has to broadcast in every slot so "

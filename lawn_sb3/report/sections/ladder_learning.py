@@ -30,7 +30,7 @@ def section(results: Results) -> Section | None:
     """Curves of a recipe that has a ladder."""
     if not has_ladder(results) or not _recorded(results):
         return None
-    return Section(HEADING, {"ladder_learning": Picture(learning(results), CAPTION)})
+    return Section(HEADING, {"ladder_learning": Picture(_figure(results), CAPTION)})
 
 
 def _recorded(results: Results) -> dict[str, str]:
@@ -39,12 +39,8 @@ def _recorded(results: Results) -> dict[str, str]:
     return {column: text for column, text in CURVES.items() if column in curves and curves[column].notna().any()}
 
 
-def learning(results: Results) -> Figure:
-    """Draw utility, regret and Nash gap of greedy play during training, a curve a learner.
-
-    :param results: what the runs left
-    :return: the figure; bands are 95 % intervals of the mean over seeds
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each quantity and a curve for each learner; bands are 95 % intervals of the mean over seeds."""
     use_house_style()
     shown = _recorded(results)
     figure = Figure(figsize=(1.5 + 4.5 * len(shown), 5.2), layout="constrained")

@@ -23,15 +23,11 @@ CAPTION = (
 
 def section(games: Mapping[str, Results]) -> Section:
     """The leads in all changed games."""
-    return Section("Leads", {"leads": Picture(leads(games), CAPTION)})
+    return Section("Leads", {"leads": Picture(_figure(games), CAPTION)})
 
 
-def leads(games: Mapping[str, Results]) -> Figure:
-    """Each method's lead in J and U over the mean of the learning methods, by changed game.
-
-    :param games: what the runs left, by the name of the changed game
-    :return: the figure: a point a method with its interval over seeds
-    """
+def _figure(games: Mapping[str, Results]) -> Figure:
+    """Each method's lead over the mean of the learning methods, by changed game."""
     use_house_style()
     figure = Figure(figsize=(10, 1.2 + 0.5 * len(games)), layout="constrained")
     axes = figure.subplots(1, len(LEADS_IN), sharey=True)

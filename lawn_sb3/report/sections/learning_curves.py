@@ -24,19 +24,11 @@ CAPTION = (
 
 def section(results: Results) -> Section | None:
     """All ablations that were watched together with their defaults."""
-    return (
-        Section(HEADING, {"learning_curves": Picture(learning_curves(results), CAPTION)})
-        if has_curves(results)
-        else None
-    )
+    return Section(HEADING, {"learning_curves": Picture(_figure(results), CAPTION)}) if has_curves(results) else None
 
 
-def learning_curves(results: Results) -> Figure:
-    """Greedy success of each ablation against env steps, its default behind it.
-
-    :param results: what the runs left
-    :return: the figure: a panel an ablation; lines are means over seeds, bands their range
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each ablation; lines are means over seeds, bands their range."""
     use_house_style()
     groups = pair_up(results)
     pairs = [pair for own in groups.values() for pair in own]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.table import Table, interval_columns, table_of
+from lawn_sb3.report.table import interval_columns, table_of
 from lawn_sb3.results.learning import (
     THRESHOLD,
     greedy_curves,
@@ -31,16 +31,14 @@ CAPTION = (
 
 
 def section(results: Results) -> Section | None:
-    """All ablations that were watched together with their defaults."""
-    return Section(HEADING, {"learning_effects": learning_effects(results)}) if has_curves(results) else None
-
-
-def learning_effects(results: Results) -> Table:
     """How fast each ablation learns.
 
     :param results: what the runs left
-    :return: a row for each default, and below it one for each of its ablations, in the order of the table of effects
+    :return: a table with one row for each default, and below it one for each of its ablations, in the order of the
+        table of effects; none if no ablation was watched together with its default
     """
+    if not has_curves(results):
+        return None
     rows, compared = [], 0
     for baseline, pairs in pair_up(results).items():
         rows.append(_row(results, baseline, baseline, results.seeds(baseline), _level(results, baseline)))
@@ -48,7 +46,7 @@ def learning_effects(results: Results) -> Table:
             effect = learning_effect(results, pair)
             compared += effect.is_known
             rows.append(_row(results, pair.key, baseline, pair.seeds, effect))
-    return table_of(rows, f"{CAPTION}the {compared} comparisons.")
+    return Section(HEADING, {"learning_effects": table_of(rows, f"{CAPTION}the {compared} comparisons.")})
 
 
 def _level(results: Results, key: str) -> Interval:

@@ -41,11 +41,9 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not joint.methods:
         return None
-    tables = {
-        "low_utility_by_load": low_utility(joint, "co_served"),
-        "low_utility_by_delay": low_utility(joint, "detour"),
-    }
-    return Section(HEADING, {"low_utilities": Picture(low_utilities(joint), caption(joint)), **tables})
+    figure = Picture(_figure(joint), _caption(joint))
+    by_load, by_delay = (_table(joint, cause) for cause in CAUSES)
+    return Section(HEADING, {"low_utilities": figure, "low_utility_by_load": by_load, "low_utility_by_delay": by_delay})
 
 
 def binned(results: Results, cause: Cause) -> tuple[pd.Series, list[str]]:
@@ -83,13 +81,8 @@ def _names(bounds: tuple[float, ...]) -> list[str]:
     return [f"{bounds[0]:g}", *steps]
 
 
-def low_utility(results: Results, cause: Cause) -> Table:
-    """Compare the utility of UAV-missions that differ in what may have cost it.
-
-    :param results: what the runs left
-    :param cause: what to tell the missions apart by
-    :return: one row a method, one column a bin; as numbers one row for each method and bin that has missions
-    """
+def _table(results: Results, cause: Cause) -> Table:
+    """A column for each bin; as numbers one row for each method and bin that has missions."""
     bins, names = binned(results, cause)
     rows, cells = [], {}
     for key, method in results.methods.items():
@@ -104,15 +97,11 @@ def low_utility(results: Results, cause: Cause) -> Table:
     for name in names:
         heading = name if name == FAILED else HEADINGS[cause].format(name)
         shown[heading] = [cells.get((key, name), "") for key in results.methods]
-    return Table(pd.DataFrame(rows), pd.DataFrame(shown), caption(results, cause))
+    return Table(pd.DataFrame(rows), pd.DataFrame(shown), _caption(results, cause))
 
 
-def low_utilities(results: Results) -> Figure:
-    """Draw who gets the low utilities.
-
-    :param results: what the runs left
-    :return: the figure; a point is the mean utility of a method in a bin, its bar the 95 % interval over seeds
-    """
+def _figure(results: Results) -> Figure:
+    """A point is the mean utility of a method in a bin, its bar the 95 % interval over seeds."""
     use_house_style()
     palette, looks, methods = colours(results.recipe.methods), markers(results.recipe.methods), results.methods
     stacked = len(methods) > MOST_ABREAST
@@ -120,7 +109,7 @@ def low_utilities(results: Results) -> Figure:
     axes = figure.subplots(*((len(CAUSES), 1) if stacked else (1, len(CAUSES))), sharey=True)
     offsets = np.linspace(-0.4, 0.4, len(methods)) if len(methods) > 1 else np.zeros(1)
     for ax, (cause, text) in zip(axes, CAUSES.items(), strict=True):
-        numbers, names = low_utility(results, cause).numbers, binned(results, cause)[1]
+        numbers, names = _table(results, cause).numbers, binned(results, cause)[1]
         for k, (key, method) in enumerate(methods.items()):
             own = numbers[numbers["key"] == key]
             known = own["utility_mbps_low"].notna().to_numpy()
@@ -142,13 +131,8 @@ def low_utilities(results: Results) -> Figure:
     return figure
 
 
-def caption(results: Results, cause: Cause | None = None) -> str:
-    """What the figure, or one of the tables of low utilities, shows.
-
-    :param results: what the runs left
-    :param cause: of the table; without one, of the figure
-    :return: one paragraph
-    """
+def _caption(results: Results, cause: Cause | None = None) -> str:
+    """What one of the tables shows; without a cause, what the figure shows."""
     by = {
         "co_served": "the mean number of other UAVs in the own cell",
         "detour": "the flight time T over the least possible T_min",

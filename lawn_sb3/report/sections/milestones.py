@@ -19,16 +19,12 @@ def section(results: Results) -> Section | None:
     """First crossing, and what is nearest to the paper."""
     if not shows(results):
         return None
-    tables = {"first_crossing": first_crossing(results), "nearest_to_paper": nearest_to_paper(results)}
+    tables = {"first_crossing": _first_crossing(results), "nearest_to_paper": _nearest_to_paper(results)}
     return Section(HEADING, tables)
 
 
-def first_crossing(results: Results) -> Table:
-    """When each training first reached 95 % success.
-
-    :param results: what the runs left
-    :return: one row for each method that learns: env steps at the slowest seed, for training missions and greedy play
-    """
+def _first_crossing(results: Results) -> Table:
+    """When each training first reached 95 % success, by its slowest seed, in training missions and greedy play."""
     rows = []
     for key, method in results.methods.items():
         if method.algo is None or not len(results.curves):
@@ -59,20 +55,16 @@ def first_crossing(results: Results) -> Table:
     return table_of(rows, caption)
 
 
-def nearest_to_paper(results: Results) -> Table:
-    """Where on its learning curve a method comes nearest to the success of its row in the paper.
-
-    :param results: what the runs left
-    :return: one row for each method that learns and has a row in the paper: env steps, and the figures there
-    """
-    rows = []
+def _nearest_to_paper(results: Results) -> Table | None:
+    """Where on its learning curve a method comes nearest to the success of its row in the paper."""
+    rows, columns = [], [f"greedy/{name}" for name in PaperRow._fields]
+    if not set(columns) <= set(results.curves):
+        return None
     for key, method in results.methods.items():
-        if method.algo is None or method.paper_row is None or "greedy/success_percent" not in results.curves:
+        own = results.curves[results.curves["method"] == key].dropna(subset=columns)
+        if method.algo is None or method.paper_row is None or not len(own):
             continue
-        own = results.curves[results.curves["method"] == key].dropna(subset=["greedy/success_percent"])
-        if not len(own):
-            continue
-        curve = own.groupby("time/env_steps")[[f"greedy/{name}" for name in PaperRow._fields]].mean()
+        curve = own.groupby("time/env_steps")[columns].mean()
         printed = TABLE_II[method.paper_row]._asdict()
         distance = (curve["greedy/success_percent"] - printed["success_percent"]).abs()
         at = int(distance.to_numpy().argmin())

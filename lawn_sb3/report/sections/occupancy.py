@@ -28,7 +28,7 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not len(joint.slots):
         return None
-    return Section("Cell loads over time", {"cell_loads": Picture(cell_loads(joint), caption(joint))})
+    return Section("Cell loads over time", {"cell_loads": Picture(_figure(joint), _caption(joint))})
 
 
 def occupancy(results: Results, method: str) -> pd.DataFrame:
@@ -59,12 +59,8 @@ def shown_slots(results: Results) -> int:
     return min(max([FEWEST_SLOTS, *early]) if early else game.max_slots, game.max_slots)
 
 
-def cell_loads(results: Results) -> Figure:
-    """Draw the cell loads over time, a panel a method.
-
-    :param results: what the runs left, with slots of at least one run
-    :return: the figure; stacked steps are UAVs by the load of their cell, mean over episodes and seeds
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each method; stacked steps are UAVs by the load of their cell, mean over episodes and seeds."""
     use_house_style()
     methods, last, num_uavs = results.methods_in(results.slots), shown_slots(results), results.recipe.game().num_uavs
     palette, groups = colours(results.recipe.methods), load_groups(num_uavs)
@@ -117,8 +113,7 @@ def _note(ax: Axes, loads: pd.DataFrame, last: int) -> None:
     ax.text(0.96, 0.93, "\n".join(notes), transform=ax.transAxes, ha="right", va="top", fontsize="small", bbox=box)
 
 
-def caption(results: Results) -> str:
-    """What the figure of cell loads shows."""
+def _caption(results: Results) -> str:
     return (
         "UAVs that fly alone in their cell, or share it, slot by slot: mean over "
         f"{results.extent(results.slots)}. The share in a panel is that of the flying time in these slots which UAVs "

@@ -17,21 +17,16 @@ from lawn_sb3.results.statistics import mean_interval, paired_difference
 
 def by_reward(games: Mapping[str, Results]) -> Section:
     """Ranks in J̄."""
-    return Section("Ranking by J̄", {"ranking_reward": ranking(games, "reward")})
+    return Section("Ranking by J̄", {"ranking_reward": _ranking(games, "reward")})
 
 
 def by_utility(games: Mapping[str, Results]) -> Section:
     """Ranks in utility."""
-    return Section("Ranking by utility", {"ranking_utility_mbps": ranking(games, "utility_mbps")})
+    return Section("Ranking by utility", {"ranking_utility_mbps": _ranking(games, "utility_mbps")})
 
 
-def ranking(games: Mapping[str, Results], quantity: str) -> Table:
-    """Every method's figure and rank in every changed game, and the pairs that change places.
-
-    :param games: what the runs left, by the name of the changed game; the first is the game as it is
-    :param quantity: a key of ``QUANTITIES``
-    :return: one row a changed game; numbers have one row a changed game and method
-    """
+def _ranking(games: Mapping[str, Results], quantity: str) -> Table:
+    """Every method's figure and rank in every changed game, and the pairs that change places."""
     chosen = QUANTITIES[quantity]
     numbers, shown = [], []
     base = next(iter(games.values()))

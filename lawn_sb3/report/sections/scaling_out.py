@@ -32,20 +32,15 @@ def section(results: Results) -> Section | None:
     """Flights with other numbers of UAVs, where the recipe asks for them."""
     if not len(results.scaling):
         return None
-    means = means_of(results.scaling)
+    means = _means(results.scaling)
     parts: dict[str, Table | Picture | None] = {
-        "scaling_out": Picture(scaling_figure(results, means), caption(results)),
-        "scaling": scaling_table(results, means),
+        "scaling_out": Picture(_figure(results, means), _caption(results)),
+        "scaling": _table(results, means),
     }
     return Section("Other numbers of UAVs", parts)
 
 
-def means_of(rows: pd.DataFrame) -> Means:
-    """Mean over seeds of all columns.
-
-    :param rows: ``scaling`` of the results
-    :return: means with their intervals, numbers of UAVs in ascending order
-    """
+def _means(rows: pd.DataFrame) -> Means:
     found: Means = {}
     for key, of_method in rows.groupby("method"):
         found[str(key)] = {
@@ -55,12 +50,8 @@ def means_of(rows: pd.DataFrame) -> Means:
     return found
 
 
-def labels_of(results: Results) -> dict[str, str]:
-    """What the flown methods are called.
-
-    :param results: what the runs left
-    :return: labels in the recipe's order; an ablation's alone may not say of what, so that its default's comes first
-    """
+def _labels(results: Results) -> dict[str, str]:
+    """What the flown methods are called; an ablation's label alone may not say of what."""
     methods, labels = results.recipe.methods, {}
     for key, method in results.methods_in(results.scaling).items():
         of = "" if method.baseline is None else f"{methods[method.baseline].label}: "
@@ -68,15 +59,9 @@ def labels_of(results: Results) -> dict[str, str]:
     return labels
 
 
-def scaling_table(results: Results, means: Means) -> Table:
-    """Utility, success and collisions of every method by number of UAVs.
-
-    :param results: what the runs left
-    :param means: what :func:`means_of` returned
-    :return: one row for each quantity and method, a column for each number of UAVs; numbers have one row for each
-        method and number of UAVs, with all means
-    """
-    rows, labels = results.scaling, labels_of(results)
+def _table(results: Results, means: Means) -> Table:
+    """A column for each number of UAVs; numbers have one row for each method and number of UAVs, with all means."""
+    rows, labels = results.scaling, _labels(results)
     seeds = rows.groupby("method")["seed"].nunique()
     episodes = rows["episodes"].iloc[0]
     numbers = [
@@ -101,21 +86,16 @@ def scaling_table(results: Results, means: Means) -> Table:
         for name, decimals in DECIMALS.items()
         for key, label in labels.items()
     ]
-    text = f"{caption(results)} In brackets those intervals. n: seeds × test episodes for each N."
+    text = f"{_caption(results)} In brackets those intervals. n: seeds × test episodes for each N."
     return Table(pd.DataFrame(numbers), pd.DataFrame(shown), text)
 
 
-def scaling_figure(results: Results, means: Means) -> Figure:
-    """Utility, success and collisions against the number of UAVs.
-
-    :param results: what the runs left
-    :param means: what :func:`means_of` returned
-    :return: the figure: a line a method, with a band for its interval over seeds
-    """
+def _figure(results: Results, means: Means) -> Figure:
+    """Utility, success and collisions against the number of UAVs, with bands for the intervals over seeds."""
     use_house_style()
     figure = Figure(figsize=(10, 3.6), layout="constrained")
     axes = figure.subplots(1, len(DECIMALS))
-    rows, labels = results.scaling, labels_of(results)
+    rows, labels = results.scaling, _labels(results)
     palette, looks = colours(labels), markers(labels)
     style: dict[str, dict[str, Any]] = {
         key: {"color": palette[key], "linestyle": line_of(key), "marker": looks[key]} for key in labels
@@ -155,8 +135,7 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
         ax.set_ylim(-0.08 * linear_to, 1.5 * max(some.max(), linear_to))
 
 
-def caption(results: Results) -> str:
-    """What the figure of scaling out shows."""
+def _caption(results: Results) -> str:
     trained, episodes = results.recipe.game().num_uavs, results.scaling["episodes"].iloc[0]
     return (
         f"Players among N UAVs; learners were trained with N = {trained} (dotted) and not again. Each N has {episodes} "

@@ -41,8 +41,8 @@ def section(results: Results) -> Section | None:
     """Regrets, where they were worked out."""
     if not len(results.regrets):
         return None
-    figure = Picture(regret_cdf(results), cdf_caption(results))
-    return Section(HEADING, {"regret": regret(results), "regret_cdf": figure})
+    figure = Picture(_figure(results), _cdf_caption(results))
+    return Section(HEADING, {"regret": _table(results), "regret_cdf": figure})
 
 
 def regrets_mbps(results: Results) -> pd.DataFrame:
@@ -70,12 +70,8 @@ def is_equilibrium(results: Results, method: str) -> NDArray[np.bool_]:
     return np.asarray((regret.max(axis=-1) == 0.0) & (collisions.max(axis=-1) == 0))
 
 
-def regret(results: Results) -> Table:
-    """Compare how stable the methods' outcomes are.
-
-    :param results: what the runs left, with regrets of at least one run
-    :return: one row a method: means over episodes and seeds with 95 % intervals over seeds, and the largest regret
-    """
+def _table(results: Results) -> Table:
+    """Means over episodes and seeds with 95 % intervals over seeds, and the largest regret of each method."""
     found, rows = regrets_mbps(results), []
     for key, method in results.methods_in(found).items():
         own = score_matrix(found, key, "regret_mbps", per="uav")  # [S, E, N]
@@ -97,12 +93,7 @@ def regret(results: Results) -> Table:
     return Table(numbers, shown, CAPTION)
 
 
-def regret_cdf(results: Results) -> Figure:
-    """Draw the distribution of the regret over all UAVs.
-
-    :param results: what the runs left, with regrets of at least one run
-    :return: the figure; a line is all seeds together, its band the range over seeds
-    """
+def _figure(results: Results) -> Figure:
     xlabel, ylabel = "regret of a UAV (Mbps): what it could gain by deviating alone", "share of the UAVs"
     rows = regrets_mbps(results)
     return distributions(results, rows, "regret_mbps", xlabel, ylabel, shown_mbps(results, rows))
@@ -121,8 +112,7 @@ def shown_mbps(results: Results, rows: pd.DataFrame) -> float:
     return max(float(own.groupby("method")["regret_mbps"].quantile(SHOWN).max()), GAIN_MBPS)
 
 
-def cdf_caption(results: Results) -> str:
-    """What the figure of regrets shows."""
+def _cdf_caption(results: Results) -> str:
     return (
         "Share of the UAVs whose regret is at most the value on the axis, all test episodes and seeds; bands: range "
         "over seeds. Where a curve begins at the left is the share of UAVs that have nothing to gain: in equilibria "

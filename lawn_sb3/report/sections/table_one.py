@@ -42,15 +42,10 @@ HEADINGS = ("Symbol", "Constant", "Value", "Unit", "Source", "Paper's Table I", 
 
 
 def section(results: Results) -> Section:
-    """All constants."""
-    return Section("Table I: constants", {"table1": table_one(results)})
-
-
-def table_one(results: Results) -> Table:
     """List the constants of the recipe's scenario.
 
     :param results: what the runs left; only the recipe counts
-    :return: one row a constant: ``symbol, constant, value, unit, source, printed, differs, text``
+    :return: a table with one row for each constant: ``symbol, constant, value, unit, source, printed, differs, text``
     """
     game = results.recipe.game()
     numbers = pd.DataFrame([_row(game, name) for name in Scenario.model_fields if name != "name"])
@@ -59,15 +54,11 @@ def table_one(results: Results) -> Table:
     texts = dict(zip(HEADINGS, (readable[column] for column in readable), strict=True))
     shown = pd.DataFrame({**texts, "Symbol": numbers["symbol"].map(lambda symbol: _pair(symbol)[0])})
     latex = pd.DataFrame(texts).map(latex_text).assign(Symbol=numbers["symbol"].map(lambda symbol: _pair(symbol)[1]))
-    return Table(numbers, shown, caption(results), latex)
-
-
-def caption(results: Results) -> str:
-    """What Table I shows."""
-    return (
-        f"Constants and readings of the scenario {results.recipe.game().title}. Source: stated in the paper, inferred "
-        "from the figures it prints, or chosen here. †: differs from the value that the paper's Table I prints."
+    caption = (
+        f"Constants and readings of the scenario {game.title}. Source: stated in the paper, inferred from the figures "
+        "it prints, or chosen here. †: differs from the value that the paper's Table I prints."
     )
+    return Section("Table I: constants", {"table1": Table(numbers, shown, caption, latex)})
 
 
 def _pair(symbol: str) -> tuple[str, str]:

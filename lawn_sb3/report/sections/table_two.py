@@ -5,7 +5,7 @@ from __future__ import annotations
 from lawn_sb3.experiment.knowledge import bits_of
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.report.table import interval_columns, sample_of, table_of
 from lawn_sb3.results.attainable import Attainable, attainable, explanation, share
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import BOUND, Results
@@ -17,16 +17,11 @@ COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_
 
 
 def section(results: Results) -> Section:
-    """Table II of all methods."""
-    return Section(HEADING, {"table2": table_two(results)})
-
-
-def table_two(results: Results) -> Table:
     """Mean over seeds of each quantity, its 95 % bootstrap interval over seeds, and the paper's value.
 
     :param results: what the runs left
-    :return: one row a method; numbers with the columns ``method, key, seeds, episodes`` and for each quantity
-        ``NAME, NAME_low, NAME_high, NAME_paper``; with results of the bound, ``share_low_percent`` and
+    :return: a table with one row for each method; numbers with the columns ``method, key, seeds, episodes`` and for
+        each quantity ``NAME, NAME_low, NAME_high, NAME_paper``; with results of the bound, ``share_low_percent`` and
         ``share_high_percent`` with intervals too
     """
     by_seed, limits = results.by_seed(), attainable(results)
@@ -52,7 +47,7 @@ def table_two(results: Results) -> Table:
             figures, cells["Share (%)"] = _share(results, key, limits)
             row |= figures
         rows.append((row, {**cells, "n": sample_of(results, key)}))
-    return table_of(rows, caption(results, limits))
+    return Section(HEADING, {"table2": table_of(rows, _caption(results, limits))})
 
 
 def _share(results: Results, key: str, limits: Attainable) -> tuple[dict[str, float], str]:
@@ -64,13 +59,7 @@ def _share(results: Results, key: str, limits: Attainable) -> tuple[dict[str, fl
     return figures, f"{low.value:.1f}–{high.value:.1f}"
 
 
-def caption(results: Results, limits: Attainable | None = None) -> str:
-    """What Table II shows.
-
-    :param results: what the runs left
-    :param limits: what the largest welfare lies between, if shares are shown
-    :return: one paragraph
-    """
+def _caption(results: Results, limits: Attainable | None) -> str:
     actions = "greedy" if results.recipe.evaluation.deterministic else "sampled"
     shares = f"{explanation(limits)} " if limits is not None else ""
     return (

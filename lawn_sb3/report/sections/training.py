@@ -37,7 +37,7 @@ CAPTION = (
 
 def section(results: Results) -> Section | None:
     """Fig. 2 of a recipe whose learners have to find out how to arrive."""
-    return Section(HEADING, {"fig2_convergence": Picture(convergence(results), CAPTION)}) if shows(results) else None
+    return Section(HEADING, {"fig2_convergence": Picture(_figure(results), CAPTION)}) if shows(results) else None
 
 
 def shows(results: Results) -> bool:
@@ -49,12 +49,8 @@ def shows(results: Results) -> bool:
     return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results)
 
 
-def convergence(results: Results) -> Figure:
-    """Fig. 2: reward (a) and success (b) against env steps, of training missions and of greedy evaluation.
-
-    :param results: what the runs left
-    :return: the figure; bands are 95 % intervals of the mean over seeds, diamonds the paper's final values
-    """
+def _figure(results: Results) -> Figure:
+    """Reward (a) and success (b) against env steps, of training missions and of greedy evaluation."""
     use_house_style()
     figure = Figure(figsize=(10, 7), layout="constrained")
     axes = figure.subplots(len(SOURCES), len(QUANTITIES), sharex=True, sharey="col")

@@ -41,7 +41,7 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not len(joint.paths):
         return None
-    return Section(HEADING, {"trajectories": Picture(from_above(joint), caption(joint))})
+    return Section(HEADING, {"trajectories": Picture(_figure(joint), caption(joint))})
 
 
 class Flight(NamedTuple):
@@ -149,13 +149,8 @@ def heading(results: Results, flight: Flight) -> str:
     return f"{results.recipe.methods[flight.method].label}\n{text}"
 
 
-def from_above(results: Results) -> Figure:
-    """Draw one test episode from above, a panel a method.
-
-    :param results: what the runs left
-    :return: the figure
-    :raises UserError: if no run has paths
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each method, seen from above."""
     use_house_style()
     game, episode = results.recipe.game(), longest_episode(results)
     figure, palette = Figure(layout="compressed"), colours(results.recipe.methods)

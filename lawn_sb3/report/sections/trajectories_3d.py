@@ -36,16 +36,11 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not len(joint.paths):
         return None
-    return Section(HEADING, {"trajectories_3d": Picture(in_space(joint), caption(joint))})
+    return Section(HEADING, {"trajectories_3d": Picture(_figure(joint), caption(joint))})
 
 
-def in_space(results: Results) -> Figure:
-    """Draw one test episode in space, a panel a method.
-
-    :param results: what the runs left
-    :return: the figure
-    :raises UserError: if no run has paths
-    """
+def _figure(results: Results) -> Figure:
+    """A panel for each method, seen in space."""
     use_house_style()
     game, episode = results.recipe.game(), longest_episode(results)
     palette = colours(results.recipe.methods)

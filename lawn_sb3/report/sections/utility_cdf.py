@@ -12,11 +12,10 @@ XLABEL, YLABEL = "utility $U_i$ of a UAV (Mbps); 0 for a failed mission", "$F(u)
 def section(results: Results) -> Section:
     """Fig. 3 of all methods; a line is all seeds together, its band their range."""
     figure = distributions(results, results.episodes, "utility_mbps", XLABEL, YLABEL)
-    return Section("Fig. 3: utility", {"fig3_utility_cdf": Picture(figure, caption(results))})
+    return Section("Fig. 3: utility", {"fig3_utility_cdf": Picture(figure, _caption(results))})
 
 
-def caption(results: Results) -> str:
-    """What Fig. 3 shows."""
+def _caption(results: Results) -> str:
     return (
         "Share of the UAVs whose utility is at most u: all UAVs of all test episodes and seeds; bands: range over "
         f"seeds. {panels_text(results, results.episodes)}"

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import pytest
 
-from lawn_sb3.report.sections.comparison import base_method, comparison
+from lawn_sb3.report.sections.comparison import section
 from tests.handmade import flown, learner, recipe_with, results_of
-from tests.report.reading import numbers_of, shown_of
+from tests.report.reading import numbers_of, shown_of, table_in
 
 RECIPE = recipe_with({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
 
 
 def test_the_papers_critic_is_what_others_are_held_against() -> None:
-    assert base_method(results_of(RECIPE, flown("mine", 0), flown("paper", 0))) == "paper"
-    assert base_method(results_of(RECIPE, flown("mine", 0))) == "mine"
+    both = table_in(section(results_of(RECIPE, flown("mine", 0), flown("paper", 0))), "comparison")
+    assert "difference to Paper's on" in both.caption
+    alone = table_in(section(results_of(RECIPE, flown("mine", 0))), "comparison")
+    assert "difference to Mine on" in alone.caption
     none = recipe_with({"iql": learner("IQL", algo="iql")})
-    assert base_method(results_of(none, flown("iql", 0))) is None
+    assert section(results_of(none, flown("iql", 0))) is None
 
 
 def test_differences_and_probabilities_by_hand() -> None:
@@ -27,10 +29,11 @@ def test_differences_and_probabilities_by_hand() -> None:
         *(flown("mine", seed, reward=[1.0, 2.0, 3.0, 4.0]) for seed in (0, 1)),
         *(flown("paper", seed, reward=[0.0, 2.0, 4.0, 0.0]) for seed in (0, 1)),
     )
-    row = numbers_of(comparison(made, "paper"))["mine"]
+    table = table_in(section(made), "comparison")
+    row = numbers_of(table)["mine"]
     assert row["reward_improvement"] == pytest.approx(0.625)
     assert row["reward_difference"] == pytest.approx(1.0)
     assert row["reward_iqm"] == pytest.approx(2.5)
-    shown = shown_of(comparison(made, "paper"))
+    shown = shown_of(table)
     assert shown["Mine"]["Δ J̄"] == "1.000 [1.000, 1.000]"
     assert shown["Paper's"]["Δ J̄"] == "–"

@@ -9,17 +9,18 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.report.sections.effects import effects
-from lawn_sb3.report.sections.effects_forest import effects_figure, visible_span
-from lawn_sb3.report.sections.learning_curves import learning_curves
-from lawn_sb3.report.sections.learning_effects import learning_effects
+from lawn_sb3.report.sections import effects as effects_section
+from lawn_sb3.report.sections import effects_forest, learning_curves, learning_effects
+from lawn_sb3.report.sections.effects_forest import visible_span
+from lawn_sb3.report.table import Table
 from lawn_sb3.results.learning import GREEDY, mean_success
 from lawn_sb3.results.pairing import EFFECTS, left_out, pair_up
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
-from tests.report.reading import interval_in, numbers_of, shown_of
+from tests.report.reading import interval_in, numbers_of, picture_in, shown_of, table_in
 
 BUDGET = 1_000
 
@@ -54,6 +55,16 @@ def curves(method: str, *by_seed: list[float]) -> pd.DataFrame:
         for at, value in enumerate(values)
     ]
     return pd.DataFrame(rows)
+
+
+def effects(results: Results) -> Table:
+    """The table of effects."""
+    return table_in(effects_section.section(results), "effects")
+
+
+def forest(results: Results) -> Figure:
+    """The figure of effects."""
+    return picture_in(effects_forest.section(results), "effects_forest").figure
 
 
 def row_of(results: Results, key: str) -> dict[Any, Any]:
@@ -158,7 +169,7 @@ def test_one_seed_has_an_effect_and_neither_bounds_nor_mark() -> None:
     table = effects(made)
     assert shown_of(table)["Better"]["Δ J̄"] == "1.000"
     assert "of 0 (1 ablations" in table.caption
-    effects_figure(made).draw_without_rendering()
+    forest(made).draw_without_rendering()
 
 
 def test_ablations_without_an_effect_are_named_with_what_they_lack() -> None:
@@ -198,7 +209,7 @@ def test_the_figure_has_a_row_for_each_row_of_the_table_and_writes_what_lies_bey
         *(run for k in range(4) for run in rewards(f"m{k}", 3.0 + k / 10, 3.1, 2.9)),
         *rewards("m4", -90.0, -91.0, -92.0),
     )
-    figure = effects_figure(made)
+    figure = forest(made)
     labels = [text.get_text() for text in figure.axes[0].get_yticklabels()]
     assert labels == [text.removesuffix(" (default)") for text in effects(made).shown["Method"]]
     written = {text.get_text() for text in figure.axes[0].texts}
@@ -223,7 +234,7 @@ def test_the_median_seed_counts_and_one_that_never_gets_there_is_slower_than_all
         better=[[0.0, 0.0, 0.0, 98.0], [0.0, 0.0, 0.0, 94.9], [0.0, 96.0, 98.0, 98.0]],  # 400, never, 200
         worse=[[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 9.0], [95.0, 96.0, 98.0, 98.0]],  # never, never, 100
     )
-    table = learning_effects(made)
+    table = table_in(learning_effects.section(made), "learning_effects")
     assert {label: row["Env steps to 95 %"] for label, row in shown_of(table).items()} == {
         "MAPPO (default)": "200 [200 to 300]",
         "Better": "400 [200 to > 1,000]",
@@ -234,7 +245,7 @@ def test_the_median_seed_counts_and_one_that_never_gets_there_is_slower_than_all
     assert numbers["worse"]["reached"] == 1
     assert np.isnan(numbers["worse"]["crossing_env_steps"])
     assert shown_of(effects(made))["Better"]["Env steps to 95 %"] == "400"
-    assert len(learning_curves(made).axes) == 2
+    assert len(picture_in(learning_curves.section(made), "learning_curves").figure.axes) == 2
 
 
 def test_mean_success_is_the_area_under_the_curve() -> None:
@@ -249,7 +260,8 @@ def test_mean_success_is_the_area_under_the_curve() -> None:
 def test_learning_is_compared_where_both_were_watched() -> None:
     # From 100 to 200 the default has 50 on average and the ablation 70; what comes after has no counterpart.
     made = learnt(mappo=[[40.0, 60.0, 100.0, 100.0]], better=[[60.0, 80.0]])
-    assert numbers_of(learning_effects(made))["better"]["mean_success_percent"] == pytest.approx(20.0)
+    numbers = numbers_of(table_in(learning_effects.section(made), "learning_effects"))
+    assert numbers["better"]["mean_success_percent"] == pytest.approx(20.0)
 
 
 def test_without_curves_effects_are_told_all_the_same() -> None:

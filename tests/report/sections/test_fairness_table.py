@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report.sections.fairness_table import caption, fairness
+from lawn_sb3.report.sections.fairness_table import fairness
 from lawn_sb3.results.results import read_results
 from tests.handmade import flown, recipe_of, results_of
 from tests.report.reading import interval_in, numbers_of
@@ -44,4 +44,4 @@ def test_every_method_of_real_runs_has_a_row(recipe: Recipe, small_cells: list[C
     assert table.numbers["utility_mbps"].tolist() == pytest.approx(
         [results.scores(key, "utility_mbps").mean() for key in results.methods]
     )
-    assert "its 4 UAVs" in caption(results)
+    assert "its 4 UAVs" in table.caption

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from lawn_sb3.report.sections.fairness_tradeoff import FRONTIER, caption, drawn, fairness_tradeoff, frontier
+from lawn_sb3.report.section import Picture
+from lawn_sb3.report.sections.fairness_tradeoff import FRONTIER, frontier, section
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
+from tests.report.reading import picture_in
 
 METHODS = ("random", "shortest-path", "forecast", "welfare")
 
@@ -19,9 +21,14 @@ def results() -> Results:
     return results_of(recipe, *(flown(key, 0, 2, utility_mbps=values) for key, values in utilities.items()))
 
 
+def picture_of(results: Results) -> Picture:
+    """The only part of the section."""
+    return picture_in(section(results), "fairness_tradeoff")
+
+
 def points(results: Results, panel: int) -> dict[str, tuple[float, float]]:
     """Label and place of the points of a panel."""
-    ax = fairness_tradeoff(results).axes[panel]
+    ax = picture_of(results).figure.axes[panel]
     labelled = [line for line in ax.lines if not str(line.get_label()).startswith("_") and line.get_label() != FRONTIER]
     return {str(line.get_label()): (float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in labelled}  # type: ignore[index, arg-type]
 
@@ -55,17 +62,15 @@ def test_the_frontier_picks_mission_by_mission(results: Results) -> None:
 
 
 def test_a_method_far_below_all_others_is_named_instead_of_drawn(results: Results) -> None:
-    near, far = drawn(results)
-    assert near["key"].tolist() == ["shortest-path", "forecast", "welfare"]
-    assert far["key"].tolist() == ["random"]
-    assert "not drawn: Random (mean U 1.0 Mbps, Jain index 0.50, worst UAV 0.0 Mbps)." in caption(results)
+    assert list(points(results, 0)) == ["Shortest-path", "Forecast", "Welfare"]
+    assert "not drawn: Random (mean U 1.0 Mbps, Jain index 0.50, worst UAV 0.0 Mbps)." in picture_of(results).caption
 
 
 def test_methods_that_do_not_plan_are_drawn_again_at_their_own_scale_if_there_are_several(results: Results) -> None:
-    assert len(fairness_tradeoff(results).axes) == 2  # straight flight alone needs no scale
+    assert len(picture_of(results).figure.axes) == 2  # straight flight alone needs no scale
     closer = results_of(results.recipe, results.episodes, flown("random", 1, 2, utility_mbps=[24.0, 20.0]))
     closer.episodes = closer.episodes.query("not (method == 'random' and seed == 0)")
-    assert len(fairness_tradeoff(closer).axes) == 4
+    assert len(picture_of(closer).figure.axes) == 4
     assert list(points(closer, 2)) == ["Random", "Shortest-path"]
-    assert "Bottom: the same without the planners." in caption(closer)
-    assert "Bottom" not in caption(results)
+    assert "Bottom: the same without the planners." in picture_of(closer).caption
+    assert "Bottom" not in picture_of(results).caption

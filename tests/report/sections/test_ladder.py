@@ -11,7 +11,7 @@ from lawn_sb3.paper.claims.comparisons import suffices
 from lawn_sb3.report.sections import ladder, ladder_learning, milestones, training
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
-from tests.report.reading import numbers_of, points_of
+from tests.report.reading import numbers_of, picture_in, points_of, table_in
 
 
 def rung(name: str, **changes: object) -> Method:
@@ -50,7 +50,7 @@ def results(**utility: float) -> Results:
 
 
 def test_the_table_climbs_from_the_bottom_and_says_what_was_told() -> None:
-    table = ladder.ladder_table(results())
+    table = table_in(ladder.section(results()), "ladder_table")
     assert table.numbers["key"].tolist() == ["blind", "clock", "forecast", "destinations", "state", "bound"]
     assert table.shown["Told (bits)"].tolist() == ["0", "0", "0", "2", "53", "–"]
     assert table.shown["Learns"].tolist() == ["from scratch"] * 2 + ["plans"] + ["from scratch"] * 2 + ["plans"]
@@ -67,7 +67,7 @@ def test_a_recipe_without_rungs_has_no_ladder() -> None:
 
 
 def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
-    ax = ladder.ladder(results()).axes[0]
+    ax = picture_in(ladder.section(results()), "ladder").figure.axes[0]
     named = [label.get_text().replace("\n", " ") for label in ax.get_xticklabels()]
     assert named == [
         "nothing of the others 0 bits",
@@ -79,16 +79,16 @@ def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
 
 
 def test_a_learning_curve_is_the_mean_over_seeds_whose_batches_end_at_other_env_steps() -> None:
-    (line, *_) = ladder_learning.learning(results()).axes[0].get_lines()
+    (line, *_) = picture_in(ladder_learning.section(results()), "ladder_learning").figure.axes[0].get_lines()
     assert points_of(line) == [[11.0, 37.5], [23.0, 40.5]]
 
 
 def test_a_rung_on_which_only_limits_stand_has_no_place() -> None:
     whole = results()
     few = Results(whole.recipe, whole.episodes[whole.episodes["method"] != "state"])
-    few.episodes = pd.concat([few.episodes, flown("welfare", 0, utility_mbps=[47.0])])
+    few.episodes = pd.concat([few.episodes, flown("welfare", 0, utility_mbps=[47.0, 47.0])])
     few.recipe = recipe_with({**METHODS, "welfare": player("welfare")})
-    ax = ladder.ladder(few).axes[0]
+    ax = picture_in(ladder.section(few), "ladder").figure.axes[0]
     assert "Welfare" in {text.get_text().strip() for text in ax.texts}
     assert not any(label.get_text().startswith("all of x") for label in ax.get_xticklabels())
 

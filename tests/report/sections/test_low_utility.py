@@ -8,20 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report.sections.low_utility import (
-    CAUSES,
-    Cause,
-    binned,
-    caption,
-    co_served_bounds,
-    low_utilities,
-    low_utility,
-)
+from lawn_sb3.report.sections.low_utility import CAUSES, Cause, binned, co_served_bounds, section
+from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of
-from tests.report.reading import points_of
+from tests.report.reading import picture_in, points_of, table_in
 
 
 @pytest.fixture
@@ -46,6 +40,14 @@ def results() -> Results:
     return results_of(recipe, first, second)
 
 
+def low_utility_table(results: Results, cause: Cause) -> Table:
+    return table_in(section(results), "low_utility_by_load" if cause == "co_served" else "low_utility_by_delay")
+
+
+def figure_of(results: Results) -> Figure:
+    return picture_in(section(results), "low_utilities").figure
+
+
 def test_missions_are_sorted_by_the_others_in_their_cell(results: Results) -> None:
     # Other UAVs: 0, 0.5, 1, 3 and 0, 0, 1 (but for rounding), 2.5.
     bins, names = binned(results, "co_served")
@@ -63,7 +65,7 @@ def test_missions_are_sorted_by_their_detour_and_failures_apart(results: Results
 def test_means_are_over_seeds_and_every_mission_is_counted_once(results: Results) -> None:
     # Nobody else in the cell: 50 in seed 0, (48 + 52) / 2 = 50 in seed 1, three missions.
     # Up to one other: (30 + 20) / 2 = 25 and 26, so 25.5, resampled between 25 and 26.
-    table = low_utility(results, "co_served")
+    table = low_utility_table(results, "co_served")
     numbers = table.numbers.set_index("co_served")
     assert numbers["missions"].to_dict() == {"0": 3, "(0, 1]": 3, "(2, 3]": 2}
     assert numbers["utility_mbps"].to_dict() == {"0": 50.0, "(0, 1]": 25.5, "(2, 3]": 2.0}
@@ -72,7 +74,7 @@ def test_means_are_over_seeds_and_every_mission_is_counted_once(results: Results
 
 
 def test_a_bin_that_only_one_seed_has_gets_no_interval(results: Results) -> None:
-    table = low_utility(results, "detour")
+    table = low_utility_table(results, "detour")
     assert table.shown.loc[0, "failed"] == "0.0, n = 1"
     assert table.shown.loc[0, "T/T_min (1.5, 2]"] == "23.0 [20.0, 26.0], n = 2"
 
@@ -95,9 +97,9 @@ def test_four_and_eight_uavs_have_a_bin_for_each_other_uav() -> None:
 
 
 def test_the_figure_shows_the_tables_means_and_intervals(results: Results) -> None:
-    figure = low_utilities(results)
+    figure = figure_of(results)
     for ax, cause in zip(figure.axes, CAUSES, strict=True):
-        numbers = low_utility(results, cause).numbers
+        numbers = low_utility_table(results, cause).numbers
         points = sorted(point for line in ax.lines if line.get_marker() == "o" for point in points_of(line))
         names = [label.get_text() for label in ax.get_xticklabels()]
         expected = [
@@ -114,7 +116,7 @@ def test_the_figure_shows_the_tables_means_and_intervals(results: Results) -> No
 def test_points_without_an_interval_are_hollow(results: Results) -> None:
     faces = {
         (x, line.get_markerfacecolor() == "white")
-        for line in low_utilities(results).axes[1].lines
+        for line in figure_of(results).axes[1].lines
         for x, _ in points_of(line)
         if line.get_marker() == "o"
     }
@@ -124,15 +126,16 @@ def test_points_without_an_interval_are_hollow(results: Results) -> None:
 @pytest.mark.parametrize("cause", CAUSES)
 def test_every_mission_of_real_runs_is_in_a_bin(recipe: Recipe, small_cells: list[Cell], cause: Cause) -> None:
     results = read_results(recipe, small_cells)
-    numbers = low_utility(results, cause).numbers
+    table = low_utility_table(results, cause)
+    numbers = table.numbers
     assert numbers.groupby("key")["missions"].sum().to_dict() == {"random": 48, "mappo": 48}  # 2 seeds x 6 x 4
-    assert "6 test episodes of each of 2 seeds" in caption(results, cause)
+    assert "6 test episodes of each of 2 seeds" in table.caption
 
 
 def test_two_methods_of_one_name_stay_apart(results: Results) -> None:
     twins = results.recipe.model_copy(update={"methods": dict.fromkeys(("a", "b"), results.recipe.methods["a"])})
     both = results_of(twins, results.episodes, results.episodes.assign(method="b", utility_mbps=1.0))
-    assert low_utility(both, "detour").shown["T/T_min 1"].tolist() == [
+    assert low_utility_table(both, "detour").shown["T/T_min 1"].tolist() == [
         "50.0 [50.0, 50.0], n = 3",
         "1.0 [1.0, 1.0], n = 3",
     ]
@@ -142,6 +145,6 @@ def test_panels_of_many_methods_stand_below_each_other_so_that_points_stay_apart
     for count, rows in ((8, 1), (9, 2)):
         keys = tuple(f"m{k}" for k in range(count))
         made = results_of(recipe_of(1, keys), *(flown(key, 0, utility_mbps=[10.0]) for key in keys))
-        figure = low_utilities(made)
+        figure = figure_of(made)
         assert figure.axes[0].get_gridspec().nrows == rows  # type: ignore[union-attr]
         assert len({ax.get_ylabel() for ax in figure.axes}) == 3 - rows  # a panel of its own has an axis of its own

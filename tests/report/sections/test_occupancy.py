@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
 from matplotlib.patches import StepPatch
 
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report.sections.occupancy import caption, cell_loads, load_groups, occupancy, shown_slots
+from lawn_sb3.report.sections.occupancy import load_groups, occupancy, section, shown_slots
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of
+from tests.report.reading import picture_in
 
 RECIPE = recipe_of(2, ("early", "late"), seeds=2)
 
@@ -37,8 +37,8 @@ def results() -> Results:
     return results_of(RECIPE, *rows, slots=pd.concat([*early, *late], ignore_index=True))
 
 
-def panels_of(figure: Figure) -> dict[str, Axes]:
-    titles = ((ax, ax.get_legend()) for ax in figure.axes)
+def panels_of(results: Results) -> dict[str, Axes]:
+    titles = ((ax, ax.get_legend()) for ax in picture_in(section(results), "cell_loads").figure.axes)
     return {legend.get_texts()[0].get_text(): ax for ax, legend in titles if legend is not None}
 
 
@@ -61,7 +61,7 @@ def test_a_random_walk_does_not_stretch_the_axis(results: Results) -> None:
 
 
 def test_the_panels_show_the_means_stacked(results: Results) -> None:
-    panels = panels_of(cell_loads(results))
+    panels = panels_of(results)
     assert list(panels) == ["M1", "M2"]
     assert drawn(panels["M1"]).tolist() == [[1.5, 0.25, 0, 0, 0, 0, 0, 0], [0.5, 0, 0, 0, 0, 0, 0, 0]]
     assert drawn(panels["M2"]).tolist() == [[0.0] * 8, [2.0] * 8]
@@ -70,12 +70,12 @@ def test_the_panels_show_the_means_stacked(results: Results) -> None:
 
 def test_a_panel_says_how_much_is_shared_and_what_lies_beyond_it(results: Results) -> None:
     # "early": 0.5 of 1.5 + 0.5 + 0.25 = 2.25 UAV-slots, 22 %. "late": all of the first 8 slots; 1 UAV in slot 100.
-    notes = {label: ax.texts[0].get_text() for label, ax in panels_of(cell_loads(results)).items()}
+    notes = {label: ax.texts[0].get_text() for label, ax in panels_of(results).items()}
     assert notes == {"M1": "22 % shared", "M2": "100 % shared\n1.0 still fly in slot 100"}
 
 
 def test_shades_run_from_light_to_dark(results: Results) -> None:
-    for ax in panels_of(cell_loads(results)).values():
+    for ax in panels_of(results).values():
         lightness = [sum(to_rgb(patch.get_facecolor())) for patch in ax.patches]
         assert lightness == sorted(lightness, reverse=True)
         assert len(set(lightness)) == 2
@@ -94,15 +94,15 @@ def test_many_loads_are_drawn_together() -> None:
     # Ten UAVs: alone, with 1 or 2 others, with 3 or 4... With load k in slot 1 flown by k UAVs: 1, 2 + 3, 4 + 5...
     recipe = recipe_of(10, ("a",))
     loads = pd.DataFrame([{"method": "a", "seed": 0, "slot": 1, **{f"load_{k}": float(k) for k in range(1, 11)}}])
-    (ax,) = panels_of(cell_loads(results_of(recipe, flown("a", 0, 10, slots=[1] * 10), slots=loads))).values()
+    (ax,) = panels_of(results_of(recipe, flown("a", 0, 10, slots=[1] * 10), slots=loads)).values()
     assert drawn(ax)[:, 0].tolist() == [1, 5, 9, 13, 17, 10]
 
 
 def test_real_runs_are_drawn_as_their_files_say(recipe: Recipe, small_cells: list[Cell], tmp_path: Path) -> None:
     results = read_results(recipe, small_cells)
-    panels = panels_of(cell_loads(results))
+    panels = panels_of(results)
     files = [pd.read_csv(tmp_path / f"runs/small/random/seed-{seed}/slots.csv") for seed in (0, 1)]
     mean = np.mean([file["load_2"].reindex(range(20), fill_value=0.0) for file in files], axis=0)
     heights = drawn(panels["Random"])[1]
     assert heights == pytest.approx(mean[: len(heights)])
-    assert "6 test episodes of each of 2 seeds" in caption(results)
+    assert "6 test episodes of each of 2 seeds" in picture_in(section(results), "cell_loads").caption

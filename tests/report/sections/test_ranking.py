@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from lawn_sb3.report.sections.ranking import ranking
+from lawn_sb3.report.sections.ranking import by_reward
+from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
+from tests.report.reading import table_in
 
 RECIPE = recipe_with({"one": learner("One"), "two": learner("Two")})
 
@@ -18,13 +20,18 @@ def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
     )
 
 
+def ranking(games: dict[str, Results]) -> Table:
+    """The ranking by reward."""
+    return table_in(by_reward(games), "ranking_reward")
+
+
 def moved(before: Results, after: Results) -> str:
     """What the table says of the changed game."""
-    return str(ranking({"as-is": before, "changed": after}, "reward").shown.iloc[1]["Changed places"])
+    return str(ranking({"as-is": before, "changed": after}).shown.iloc[1]["Changed places"])
 
 
 def test_figures_and_ranks_by_hand() -> None:
-    shown = ranking({"as-is": game((3.0, 3.2), (2.0, 2.0))}, "reward").shown.iloc[0]
+    shown = ranking({"as-is": game((3.0, 3.2), (2.0, 2.0))}).shown.iloc[0]
     assert shown["One"] == "3.10 [3.00, 3.20] (1.)"
     assert shown["Two"] == "2.00 [2.00, 2.00] (2.)"
     assert shown["n"] == "2 × 200"

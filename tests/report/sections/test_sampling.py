@@ -6,9 +6,11 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report.sections.sampling import both_plays, sampling
+from lawn_sb3.report.sections.sampling import section
+from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of
+from tests.report.reading import interval_in, numbers_of, table_in
 
 
 @pytest.fixture
@@ -27,16 +29,15 @@ def results() -> Results:
     return results_of(recipe, *greedy, sampled=pd.concat(sampled, ignore_index=True))
 
 
-def test_seeds_without_sampled_play_are_left_out(results: Results) -> None:
-    greedy, sampled = both_plays(results, "a", "reward")
-    assert greedy.tolist() == [2.0, 4.0]
-    assert sampled.tolist() == [1.5, 2.5]
+def sampled_table(results: Results) -> Table:
+    """The only part of the section."""
+    return table_in(section(results), "sampling")
 
 
-def test_differences_are_taken_seed_by_seed(results: Results) -> None:
-    # Rewards 2 - 1.5 = 0.5 and 4 - 2.5 = 1.5: 1 on average, resampled between 0.5 and 1.5.
+def test_differences_are_taken_seed_by_seed_of_those_that_were_flown_both_ways(results: Results) -> None:
+    # Seeds 0 and 1 have rewards 2 - 1.5 = 0.5 and 4 - 2.5 = 1.5: 1 on average, resampled between 0.5 and 1.5.
     # Slots 9 - 5 = 4 and 4 - 6 = -2; success 50 - 100 = -50 and 100 - 100 = 0 percent.
-    table = sampling(results)
+    table = sampled_table(results)
     (row,) = table.shown.to_dict("records")
     assert row == {
         "Method": "M2",
@@ -54,14 +55,14 @@ def test_differences_are_taken_seed_by_seed(results: Results) -> None:
 
 def test_equal_play_differs_by_nothing(results: Results) -> None:
     same = results_of(results.recipe, results.episodes, sampled=results.episodes[results.episodes["method"] == "a"])
-    row = sampling(same).numbers.iloc[0]
+    row = numbers_of(sampled_table(same))["a"]
     for name in ("reward", "success_percent", "makespan_slots"):
-        assert row[[f"{name}_difference", f"{name}_difference_low", f"{name}_difference_high"]].tolist() == [0.0] * 3
+        assert interval_in(row, f"{name}_difference") == [0.0] * 3
 
 
 def test_without_sampled_play_the_table_is_empty(results: Results) -> None:
-    assert len(sampling(results_of(results.recipe, results.episodes)).shown) == 0
+    assert not section(results_of(results.recipe, results.episodes)).shown
 
 
 def test_only_methods_that_learn_are_compared(recipe: Recipe, small_cells: list[Cell]) -> None:
-    assert sampling(read_results(recipe, small_cells)).shown["Method"].tolist() == ["CTDE-MAPPO"]
+    assert sampled_table(read_results(recipe, small_cells)).shown["Method"].tolist() == ["CTDE-MAPPO"]

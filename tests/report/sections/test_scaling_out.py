@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from lawn_sb3.report.section import Picture
-from lawn_sb3.report.sections.scaling_out import means_of, scaling_table, section
+from lawn_sb3.report.sections.scaling_out import section
 from lawn_sb3.results.results import Results
 from tests.handmade import learner, recipe_with
-from tests.report.reading import points_of, rows_by
+from tests.report.reading import picture_in, points_of, rows_by, table_in
 
 
 def rows_of(method: str, seed: int, utility_mbps: list[float], num_uavs: tuple[int, ...] = (1, 4)) -> pd.DataFrame:
@@ -39,7 +38,7 @@ def results_with(rows: pd.DataFrame) -> Results:
 
 def test_the_table_by_hand() -> None:
     # Seeds with 40 and 50: mean 45, resampled between 40 and 50.
-    table = scaling_table(results_with(ROWS), means_of(ROWS))
+    table = table_in(section(results_with(ROWS)), "scaling")
     shown = rows_by(table.shown, "Quantity", "Method")
     mappo = {"N = 1": "45.00 [40.00, 50.00]", "N = 4": "15.00 [10.00, 20.00]", "n": "2 × 7"}
     assert shown["U (Mbps)", "MAPPO"] == mappo
@@ -51,16 +50,12 @@ def test_the_table_by_hand() -> None:
 
 def test_the_order_of_runs_does_not_matter() -> None:
     orders = (ROWS, ROWS[::-1].reset_index(drop=True))
-    forward, backward = (scaling_table(results_with(rows), means_of(rows)) for rows in orders)
+    forward, backward = (table_in(section(results_with(rows)), "scaling") for rows in orders)
     pd.testing.assert_frame_equal(forward.numbers, backward.numbers)
 
 
 def test_the_figure_shows_the_means_and_where_actors_were_trained() -> None:
-    made = section(results_with(ROWS))
-    assert made is not None
-    picture = made.shown["scaling_out"]
-    assert isinstance(picture, Picture)
-    figure = picture.figure
+    figure = picture_in(section(results_with(ROWS)), "scaling_out").figure
     assert len(figure.axes) == 3
     utility = figure.axes[0]
     mappo, blind, trained = utility.lines

@@ -7,10 +7,10 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.recipe import Cell, Recipe
-from lawn_sb3.report.sections.stability import cdf_caption, is_equilibrium, regret, regret_cdf, regrets_mbps, shown_mbps
+from lawn_sb3.report.sections.stability import is_equilibrium, regrets_mbps, section, shown_mbps
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_with, responded, results_of
-from tests.report.reading import numbers_of
+from tests.report.reading import numbers_of, picture_in, table_in
 
 RECIPE = recipe_with({key: player(key) for key in ("random", "equilibrium")}, evaluation={"episodes": 2})
 
@@ -33,7 +33,7 @@ def test_regrets_are_never_negative_and_rounding_is_none(results: Results) -> No
 
 
 def test_the_table_by_hand(results: Results) -> None:
-    table = regret(results)
+    table = table_in(section(results), "regret")
     numbers = table.numbers.iloc[0]
     # Seed 0: mean 4.5 / 4, gap (4 + 0.5) / 2, one UAV of four gains more than 1 Mbps. Seed 1: nothing.
     # Bootstrap means of two seeds reach from the one to the other.
@@ -54,17 +54,18 @@ def test_the_table_by_hand(results: Results) -> None:
 def test_a_run_without_regrets_does_not_count(results: Results) -> None:
     results.regrets = results.regrets[results.regrets["seed"] == 1]
     assert is_equilibrium(results, "random").tolist() == [[True, False]]
-    row = numbers_of(regret(results))["random"]
+    row = numbers_of(table_in(section(results), "regret"))["random"]
     assert (row["seeds"], row["regret_mbps"]) == (1, 0.0)
 
 
 def test_the_figure_begins_at_the_share_that_has_nothing_to_gain(results: Results) -> None:
-    (ax,) = regret_cdf(results).axes
+    picture = picture_in(section(results), "regret_cdf")
+    (ax,) = picture.figure.axes
     (line,) = ax.lines
     x, share = (np.asarray(values) for values in line.get_data())
     assert share[0] == 6 / 8
     assert share[np.searchsorted(x, 0.6)] == 7 / 8
-    assert "begins at the left" in cdf_caption(results)
+    assert "begins at the left" in picture.caption
 
 
 def test_the_axis_shows_nearly_all_uavs_of_every_method_but_random(results: Results) -> None:
@@ -81,7 +82,7 @@ def test_equilibria_of_real_runs_are_certified_and_random_play_is_none(
     results = read_results(planned, planned_cells)
     assert is_equilibrium(results, "equilibrium").all()
     assert not is_equilibrium(results, "random").any()
-    numbers = numbers_of(regret(results))
+    numbers = numbers_of(table_in(section(results), "regret"))
     assert numbers["equilibrium"]["largest_mbps"] == 0.0
     assert numbers["random"]["regret_mbps"] > 1.0
     assert "bound" not in numbers

@@ -5,16 +5,23 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.printed_values import TABLE_I
-from lawn_sb3.report.sections.table_one import SYMBOLS, caption, table_one
+from lawn_sb3.report.sections.table_one import SYMBOLS, section
+from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario
 from tests.handmade import recipe_of
+from tests.report.reading import table_in
+
+
+def table_of(recipe: Recipe) -> Table:
+    return table_in(section(Results(recipe)), "table1")
 
 
 def numbers_of(scenario: str = "paper", *changes: str) -> pd.DataFrame:
     recipe = recipe_of(4, ("a",)).model_copy(update={"scenario": scenario, "set": changes})
-    return table_one(Results(recipe)).numbers.set_index("constant")
+    return table_of(recipe).numbers.set_index("constant")
 
 
 def test_every_constant_of_the_scenario_is_there_once() -> None:
@@ -71,7 +78,7 @@ def test_evidence_for_the_default_speaks_for_no_other_value() -> None:
 
 
 def test_markdown_and_latex_show_symbols_units_and_marks() -> None:
-    table = table_one(Results(recipe_of(4, ("a",))))
+    table = table_of(recipe_of(4, ("a",)))
     rows = table.shown.set_index("Constant")
     assert rows.loc["width_voxels", "Value"] == "10 †"
     assert rows.loc["rb_bandwidth_hz", "Value"] == "180,000"
@@ -82,4 +89,4 @@ def test_markdown_and_latex_show_symbols_units_and_marks() -> None:
 
 
 def test_the_caption_names_the_scenario() -> None:
-    assert "scenario paper, num_uavs=8" in caption(Results(recipe_of(8, ("a",))))
+    assert "scenario paper, num_uavs=8" in table_of(recipe_of(8, ("a",))).caption

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.report.sections.table_two import table_two
+from lawn_sb3.report.sections.table_two import section
 from tests.handmade import flown, learner, player, recipe_with, results_of
-from tests.report.reading import interval_in, numbers_of, shown_of
+from tests.report.reading import interval_in, numbers_of, shown_of, table_in
 
 RECIPE = recipe_with(
     {
@@ -28,7 +28,7 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
         flown("mappo", 0, makespan_slots=[6]),
         flown("mine", 0),
     )
-    table = table_two(made)
+    table = table_in(section(made), "table2")
     numbers = numbers_of(table)
     assert interval_in(numbers["random"], "success_percent") == [50.0, 0.0, 100.0]
     assert numbers["random"]["utility_mbps"] == 10.0
@@ -44,7 +44,7 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
 
 
 def test_labels_are_shown_as_they_are_written() -> None:
-    table = table_two(results_of(RECIPE, flown("mappo", 0)))
+    table = table_in(section(results_of(RECIPE, flown("mappo", 0))), "table2")
     assert "A\\|B & V_x" in table.as_markdown()
     assert "A|B \\& V\\_x" in table.as_latex()
 
@@ -58,13 +58,13 @@ def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> Non
         flown("mappo", 0, utility_mbps=[30.0]),
         flown("mappo", 1, utility_mbps=[10.0]),
     ]
-    table = table_two(results_of(recipe, flown("bound", 0, utility_mbps=[40.0]), *rows))
+    table = table_in(section(results_of(recipe, flown("bound", 0, utility_mbps=[40.0]), *rows)), "table2")
     assert table.shown["Share (%)"].tolist() == ["–", "50.0–66.7", "50.0–66.7"]
     numbers = numbers_of(table)
     assert interval_in(numbers["mappo"], "share_low_percent") == [50.0, 25.0, 75.0]  # the low one is seed 1 alone
     assert np.isnan(numbers["bound"]["share_low_percent"])
     assert "between 30.0 Mbps" in table.caption
     assert "and 40.0 Mbps" in table.caption
-    without = table_two(results_of(recipe, *rows))
+    without = table_in(section(results_of(recipe, *rows)), "table2")
     assert "Share (%)" not in without.shown
     assert "Share" not in without.caption

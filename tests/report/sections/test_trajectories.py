@@ -13,23 +13,22 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Cell, Recipe
 from lawn_sb3.game.radio import radio_map
+from lawn_sb3.report.section import Picture
+from lawn_sb3.report.sections import trajectories, trajectories_3d
 from lawn_sb3.report.sections.trajectories import (
     FIRST_SLOTS,
     UAV_COLOURS,
-    caption,
     cell_borders,
     dot_sizes,
-    from_above,
     heading,
     longest_episode,
     offsets,
     uav_look,
 )
-from lawn_sb3.report.sections.trajectories_3d import in_space
 from lawn_sb3.results.results import Results, read_results
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.handmade import flown, recipe_of, results_of
-from tests.report.reading import points_of
+from tests.report.reading import picture_in, points_of
 
 PAPER = PRESETS["paper"]
 
@@ -38,6 +37,11 @@ PAPER = PRESETS["paper"]
 def small(recipe: Recipe, small_cells: list[Cell]) -> Results:
     """What the small runs left: 4 of 6 episodes are traced."""
     return read_results(recipe, small_cells)
+
+
+def from_above(results: Results) -> Picture:
+    """The view from above."""
+    return picture_in(trajectories.section(results), "trajectories")
 
 
 def still(method: str, seed: int, episode: int, slots: int) -> pd.DataFrame:
@@ -127,7 +131,7 @@ def lines_of(ax: Axes, marker: str) -> list[np.ndarray]:
 
 def test_the_view_from_above_shows_paths_origins_and_destinations(small: Results) -> None:
     episode, aside = longest_episode(small), offsets(small.recipe.game())
-    figure = from_above(small)
+    figure = from_above(small).figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
         origins, stars = lines_of(ax, "o"), lines_of(ax, "*")
         tracks = [line for line in ax.lines if line.get_marker() == "None" and line.get_color() in UAV_COLOURS]
@@ -152,10 +156,10 @@ def test_of_long_paths_the_first_slots_are_drawn_and_said_so() -> None:
     long, short = longest_episode(results).flights
     assert heading(results, long) == "M1\n20 of 100 slots, U 1.2 Mbps"
     assert heading(results, short) == "M2\n20 slots, U 0.0 Mbps"
-    for ax in from_above(results).axes:
+    for ax in from_above(results).figure.axes:
         (track,) = [line for line in ax.lines if line.get_color() == UAV_COLOURS[0] and line.get_marker() == "None"]
         assert len(points_of(track)) == FIRST_SLOTS + 1
-    assert "the first 20 slots" in caption(results)
+    assert "the first 20 slots" in from_above(results).caption
 
 
 def test_fifteen_uavs_look_different() -> None:
@@ -164,7 +168,7 @@ def test_fifteen_uavs_look_different() -> None:
 
 def test_the_view_in_space_shows_the_same_paths(small: Results) -> None:
     episode, aside = longest_episode(small), offsets(small.recipe.game())
-    figure: Any = in_space(small)
+    figure: Any = picture_in(trajectories_3d.section(small), "trajectories_3d").figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
         solid = [line for line in ax.lines if line.get_color() in UAV_COLOURS and line.get_linewidth() == 1.5]
         tracks = [np.array(line.get_data_3d()).T for line in solid if line.get_marker() == "None"]
@@ -177,6 +181,6 @@ def test_the_view_in_space_shows_the_same_paths(small: Results) -> None:
 def test_an_airspace_too_fine_for_grid_lines_is_drawn_without(small: Results) -> None:
     fine = small.recipe.model_copy(update={"scenario": "as-printed"})
     results = results_of(fine, small.episodes, paths=small.paths)
-    figure = from_above(results)
+    figure = from_above(results).figure
     assert not [line for line in figure.axes[0].lines if line.get_color() == "0.93"]
-    assert [line for line in from_above(small).axes[0].lines if line.get_color() == "0.93"]
+    assert [line for line in from_above(small).figure.axes[0].lines if line.get_color() == "0.93"]
