@@ -13,7 +13,8 @@ import yaml
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
-from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.results.results import Results
 
 Verdict = Literal["reproduced", "partly", "not reproduced", "impossible as printed", "not testable"]

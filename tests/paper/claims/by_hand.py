@@ -12,7 +12,8 @@ from typing import Any
 
 import pandas as pd
 
-from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Method, Recipe
 from lawn_sb3.paper.claims import Evidence
 from lawn_sb3.paper.claims.claim import ROLES
 from lawn_sb3.results.results import Results

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import radio_map

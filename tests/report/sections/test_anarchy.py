@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.planning import BoundPlayer
 from lawn_sb3.report.sections import anarchy as module
 from lawn_sb3.report.sections.anarchy import anarchy, certified_welfares, guaranteed_welfares_mbps

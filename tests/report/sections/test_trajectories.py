@@ -10,8 +10,9 @@ import pytest
 from matplotlib.axes import Axes
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture
 from lawn_sb3.report.sections import trajectories, trajectories_3d
