@@ -11,7 +11,7 @@ from scipy.stats import spearmanr
 
 from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
 from lawn_sb3.paper.claims.comparisons import combine, counted, higher, join, known
-from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.statistics import mean_interval
 
 GREEDY = "greedy/success_percent"

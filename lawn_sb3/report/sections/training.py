@@ -13,7 +13,7 @@ from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.sections.ladder import has_ladder
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
-from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.results import Results
 
 HEADING = "Fig. 2: training"
