@@ -11,7 +11,8 @@ from hypothesis import settings
 from rich.console import Console
 
 from lawn_sb3.experiment.after_training import add_regrets
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.checks import fly_checks
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import typer
 
-from lawn_sb3.cli import models, plans, recipes, tools
+from lawn_sb3.cli import models, plans, recipes, tools, train
 from lawn_sb3.cli.console import fail
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.reproduce import FailedRunsError
@@ -16,7 +16,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for group in (models.app, plans.app, recipes.app, tools.app):
+for group in (train.app, models.app, plans.app, recipes.app, tools.app):
     app.registered_commands += group.registered_commands
 
 

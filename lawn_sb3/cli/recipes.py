@@ -23,7 +23,8 @@ from lawn_sb3.cli.console import (
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ablation import with_policy
 from lawn_sb3.experiment.after_training import add_regrets, add_scaling
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells, load_recipe
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells

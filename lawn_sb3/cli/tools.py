@@ -23,7 +23,7 @@ from lawn_sb3.whole_files import write_json, write_text
 
 app = typer.Typer()
 
-ASKED = {"QMIX": "qmix", "CTDE-MAPPO": "mappo-state"}
+ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
 """Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
 for each; training gives nothing like its IQL row."""
 

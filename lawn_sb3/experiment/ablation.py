@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.checks import honest_label
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.recipe import Method, Recipe
 from lawn_sb3.experiment.registry import algorithm_for
@@ -30,5 +31,6 @@ def with_policy(recipe: Recipe, policy: str) -> tuple[Recipe, str]:
     name, base = policy.rpartition(":")[2], defaults[algo]
     if name in (*recipe.methods, "report") or not name.isidentifier():
         raise UserError(f"the runs of {name!r} need a folder of that name in runs/{recipe.name}: rename the policy")
-    values = {**recipe.methods[base].model_dump(), "label": name, "paper_row": None, "policy": policy, "baseline": base}
+    changes = {"label": honest_label(name, recipe.methods[base].settings), "policy": policy, "baseline": base}
+    values = recipe.methods[base].model_dump() | changes | {"paper_row": None}
     return recipe.model_copy(update={"methods": {**recipe.methods, name: Method.model_validate(values)}}), name

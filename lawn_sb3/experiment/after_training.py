@@ -10,10 +10,11 @@ from rich.console import Console
 from rich.progress import track
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate, flies_alone, fly
 from lawn_sb3.experiment.measures import regrets, summarize
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell, Scaling
+from lawn_sb3.experiment.recipe import Scaling
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.experiment.run_directory.files import REGRET_FILE, SCALING_FILE

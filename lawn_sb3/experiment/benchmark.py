@@ -12,7 +12,8 @@ from stable_baselines3.common.vec_env import VecEnv
 
 from lawn_sb3.envs import make_vec_env
 from lawn_sb3.experiment.build import build_model
-from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import WelfarePlayer
 from lawn_sb3.planning.best_response import best_response

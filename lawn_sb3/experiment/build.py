@@ -1,4 +1,4 @@
-"""The untrained model of a cell, and the environment that it is trained in."""
+"""The training environment and the untrained model of a cell, or one line that says why there can be none."""
 
 from __future__ import annotations
 
@@ -12,10 +12,14 @@ from lawn_sb3.algos.qmix import InTimeQMIXPolicy
 from lawn_sb3.envs import FlatVecEnv, make_vec_env
 from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError, first_line
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.probe import line_in_own_file, policy_error
-from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm
+from lawn_sb3.experiment.settings import constructor_arguments
+
+IN_TIME = (MaskableActorCriticPolicy, InTimeQMIXPolicy, InTimeQPolicy)
+"""Policies whose moves can be held to a slack."""
 
 
 def training_env(cell: Cell) -> FlatVecEnv:
@@ -53,13 +57,12 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     assert method.policy is not None
     policy = find_policy(method.policy)
     algorithm = find_algorithm(method.algo, policy)
-    masked = (MaskableActorCriticPolicy, InTimeQMIXPolicy, InTimeQPolicy)
-    if method.slack is not None and not issubclass(policy, masked):
+    if method.slack is not None and not issubclass(policy, IN_TIME):
         raise UserError(
             f"method {cell.key!r}: policy {method.policy} knows no in-time moves: no slack; those that derive from "
             "MaskableCTDEPolicy, InTimeQMIXPolicy or InTimeQPolicy do"
         )
-    settings = {"device": "cpu", **method.arguments(), **arguments}
+    settings = {"device": "cpu", **constructor_arguments(method.algo, method.settings), **arguments}
     try:
         return algorithm(policy, training_env(cell), seed=cell.seed, **settings)
     except UserError:

@@ -14,8 +14,8 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.callbacks import BaseCallback
 
 from lawn_sb3.envs import FlatVecEnv
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_algorithm
 from lawn_sb3.experiment.run_directory.files import CHECKPOINT_FILE, PROGRESS_FILE
 from lawn_sb3.experiment.watching import Watch

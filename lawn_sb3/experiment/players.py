@@ -15,7 +15,7 @@ from lawn_sb3.envs import ObservationLayout, Observer
 from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
@@ -27,15 +27,16 @@ from lawn_sb3.game.simulator import Simulator
 class ModelPlayer:
     """A trained model as a player.
 
-    :param model: any SB3 model over the flat observation [o_i | x]
+    :param model: any SB3 model over the flat observation [o_i | x], with its training environment
     :param name: what tables call it
     :param deterministic: greedy actions; otherwise sampled
     """
 
     def __init__(self, model: BaseAlgorithm, name: str, deterministic: bool = True) -> None:
-        self.model = model
-        self.name = name
-        self.deterministic = deterministic
+        assert model.env is not None
+        self.model, self.name, self.deterministic = model, name, deterministic
+        self._layout: ObservationLayout = model.env.get_attr("layout", [0])[0]
+        self._slack: int | None = model.env.get_attr("slack", [0])[0]
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
         """Get ready to observe the games; sampled actions are seeded.
@@ -47,21 +48,21 @@ class ModelPlayer:
         :param rng: source of the seed
         :raises UserError: if the model cannot play these games
         """
-        self._layout = training_layout(self.model)
-        self._observer = Observer(simulator.scenario, self._layout.extras)
-        self._is_moved = self._observer.layout != self._layout
-        if self._is_moved and not (can_be_moved(self.model) and self._same_cells()):
-            trained, asked = (
-                f"{layout.num_uavs} UAVs and {layout.num_gbs} GBSs" for layout in (self._layout, self._observer.layout)
-            )
-            raise UserError(f"{self.name} was trained for {trained} and cannot play with {asked}")
+        trained = self._layout
+        self._observer = Observer(simulator.scenario, trained.extras)
+        asked = self._observer.layout
+        self._is_moved = asked != trained
+        if self._is_moved and not (self._knows_no_single_uavs() and asked.num_gbs == trained.num_gbs):
+            sizes = (f"{layout.num_uavs} UAVs and {layout.num_gbs} GBSs" for layout in (trained, asked))
+            raise UserError(f"{self.name} was trained for {' and cannot play with '.join(sizes)}")
         self._memory: Any = None
-        self._slack = training_slack(self.model)
         if not self.deterministic:
             self.model.set_random_seed(int(rng.integers(2**31)))
 
-    def _same_cells(self) -> bool:
-        return self._observer.layout.num_gbs == self._layout.num_gbs
+    def _knows_no_single_uavs(self) -> bool:
+        """Whether no network belongs to a single UAV, or knows it by its index."""
+        sees = {*self._layout.extras, *getattr(self.model.policy, "sees", ())}
+        return not isinstance(self.model, IQL) and NOT_BY_N.issuperset(sees)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
         """Ask the model.
@@ -87,38 +88,6 @@ class ModelPlayer:
             **more,
         )
         return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
-
-
-def training_layout(model: BaseAlgorithm) -> ObservationLayout:
-    """What the observations of a model look like.
-
-    :param model: a model with its training environment
-    :return: their layout
-    """
-    assert model.env is not None
-    layout: ObservationLayout = model.env.get_attr("layout", [0])[0]
-    return layout
-
-
-def training_slack(model: BaseAlgorithm) -> int | None:
-    """The slack that a model's moves were held to in training.
-
-    :param model: a model with its training environment
-    :return: slots; none if its moves need not be in time
-    """
-    assert model.env is not None
-    slack: int | None = model.env.get_attr("slack", [0])[0]
-    return slack
-
-
-def can_be_moved(model: BaseAlgorithm) -> bool:
-    """Whether the actor of a model can be flown with another number of UAVs than it was trained with.
-
-    :param model: a model with its training environment
-    :return: false if its networks belong to single UAVs, or know them by their index
-    """
-    sees = {*training_layout(model).extras, *getattr(model.policy, "sees", ())}
-    return not isinstance(model, IQL) and NOT_BY_N.issuperset(sees)
 
 
 def load_player(cell: Cell, deterministic: bool = True) -> Player:

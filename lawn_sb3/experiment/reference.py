@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import (
     CONFIG_FILE,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
@@ -29,7 +30,7 @@ from lawn_sb3.planning import (
     WorstEquilibriumPlayer,
 )
 
-TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
+ALGORITHMS: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
     "mappo-episodes": {EpisodeMAPPO.policy_base: EpisodeMAPPO},
     "imitate": {Imitate.policy_base: Imitate},
@@ -37,13 +38,6 @@ TAKES: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "qmix": {QMIXPolicy: QMIX},
 }
 """What the policies of an algorithm derive from, and its class for each; the first that fits counts."""
-ALGORITHMS: dict[str, type[BaseAlgorithm]] = {
-    "mappo": MAPPO,
-    "mappo-episodes": EpisodeMAPPO,
-    "imitate": Imitate,
-    "iql": IQL,
-    "qmix": QMIX,
-}
 DEFAULT_POLICIES: dict[str, str] = {
     "mappo": "centralized_critic",
     "mappo-episodes": "knows_clock",
@@ -76,14 +70,14 @@ def find_algorithm(name: str, policy: type[BasePolicy]) -> type[BaseAlgorithm]:
     :return: the class
     :raises UserError: if there is none of that name, or the policy derives from something else
     """
-    if name not in TAKES:
-        raise unknown_name("algorithm", name, TAKES)
-    for base, algorithm in TAKES[name].items():
+    if name not in ALGORITHMS:
+        raise unknown_name("algorithm", name, ALGORITHMS)
+    for base, algorithm in ALGORITHMS[name].items():
         if issubclass(policy, base):
             return algorithm
     other = algorithm_for(policy)
     hint = f": it is a policy for {other}" if other is not None else ""
-    allowed = " or ".join(f"{base.__module__}.{base.__name__}" for base in TAKES[name])
+    allowed = " or ".join(f"{base.__module__}.{base.__name__}" for base in ALGORITHMS[name])
     raise UserError(
         f"policy class {policy.__name__} ({place(policy)}) does not fit {name}{hint}; {name} takes what derives from "
         f"{allowed}"
@@ -96,29 +90,18 @@ def algorithm_for(policy: type[BasePolicy]) -> str | None:
     :param policy: the policy class
     :return: its name; none if no algorithm takes the policy
     """
-    return next((name for name, bases in TAKES.items() if issubclass(policy, tuple(bases))), None)
+    return next((name for name, bases in ALGORITHMS.items() if issubclass(policy, tuple(bases))), None)
 
 
-def accepted_settings(name: str) -> set[str]:
-    """The arguments that the classes of an algorithm take.
+def trait(name: str, attribute: str, default: Any = None) -> Any:
+    """What all classes of an algorithm say of themselves, such as ``continuation``.
 
     :param name: the algorithm's name
-    :return: names of constructor arguments
+    :param attribute: a class attribute
+    :param default: where they have none of that name
+    :return: its value
     """
-    algorithms = set(TAKES[name].values())
-    return set().union(*(_arguments(one) - getattr(one, "not_taken", set()) for one in algorithms))
-
-
-def _arguments(algorithm: type[BaseAlgorithm]) -> set[str]:
-    """Names of constructor arguments, those that a class hands on to the next included."""
-    names: set[str] = set()
-    for owner in (base for base in algorithm.__mro__ if "__init__" in vars(base)):
-        parameters = inspect.signature(owner).parameters.values()
-        handed_on = {one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}
-        names |= {one.name for one in parameters} - handed_on
-        if not handed_on:
-            break
-    return names
+    return getattr(next(iter(ALGORITHMS[name].values())), attribute, default)
 
 
 def place(policy: type[BasePolicy]) -> str:

@@ -23,7 +23,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.train import run_cell
 

@@ -10,12 +10,12 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
 
 from lawn_sb3.experiment.build import build_model, training_env
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance
-from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.run_directory.configuration import mark_finished, write_configuration
 from lawn_sb3.experiment.run_directory.csv_file import write_rows

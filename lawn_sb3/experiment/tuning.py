@@ -22,8 +22,9 @@ from rich.console import Console
 
 from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import summarize
-from lawn_sb3.experiment.recipe import Cell, Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.reproduce import prepare_worker
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
 from lawn_sb3.experiment.train import run_cell

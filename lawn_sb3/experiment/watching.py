@@ -12,10 +12,10 @@ from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
 from lawn_sb3.algos.mappo import EpisodeMAPPO
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import fly
 from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
 from lawn_sb3.experiment.players import ModelPlayer
-from lawn_sb3.experiment.recipe import Cell
 
 WATCHED = ("reward", "success_percent", "makespan_slots", "utility_mbps", "rate_mbps")
 WATCHED_REGRETS = ("regret_mbps", "nash_gap_mbps")

@@ -12,8 +12,9 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError, unknown_name
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import summarize
-from lawn_sb3.experiment.recipe import Cell, Method, Recipe
+from lawn_sb3.experiment.recipe import Method, Recipe
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE
 from lawn_sb3.experiment.run_directory.progress import read_progress

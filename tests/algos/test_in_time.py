@@ -17,10 +17,11 @@ from lawn_sb3.algos.qmix import QMIX
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.players import ModelPlayer
-from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.game import Simulator
 from lawn_sb3.planning.mean_field.fit import longest_mission
 from lawn_sb3.scenario import PRESETS, Scenario

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 import json
+import re
+from collections import Counter
 
 import pytest
 
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.tuning import load_search, ranked_trials
 from lawn_sb3.paper.claims import load_claims
 from tests.docs.pages import PAGES, prose, reference, table_rows
 
@@ -43,10 +46,10 @@ def test_the_findings_of_the_readme() -> None:
     says(
         "README.md",
         f"{reward['iql']:.2f} and {reward['qmix']:.2f} against {reward['mappo-state']:.2f}",
-        f"the best has U = {max(utility[key] for key in LEARNERS):.1f} Mbps; flying straight, with no learning, has "
+        f"the best has U = {max(utility[key] for key in LEARNERS):.1f} Mbps, flying straight "
         f"{utility['shortest-path']:.1f}",
         f"one gets {told['loads']:.1f} Mbps out of what the paper lets a UAV see",
-        f"a learner has {told['intents']:.1f} Mbps, the best flights known {told['welfare']:.1f}",
+        f"it has {told['intents']:.1f}; the best flights known {told['welfare']:.1f}",
         f"no closer than {utility['welfare']:.1f} to {utility['bound']:.1f} Mbps a UAV",
     )
 
@@ -128,3 +131,67 @@ def test_more_uavs_than_in_training() -> None:
     )
     assert success["mappo-blind"] == 100.0
     assert collisions["qmix"] / collisions["random"] == pytest.approx(5.0, abs=0.5)
+
+
+def test_the_search_for_settings() -> None:
+    search, _ = load_search(REPOSITORY / "runs" / "tuning.yaml")
+    trials = ranked_trials(search, REPOSITORY / "runs" / "tuning")
+    iql = trials[trials.method == "iql"]
+    worst = iql.iloc[-1]
+    says("docs/results.md", f"ended at J̄ {worst.reward:.2f}", f"its best at {iql.reward.max():.2f}")
+    assert (worst.settings["gamma"], worst.settings["learning_rate"]) == (0.95, "lin_5e-4")  # the smallest rate
+    tried = {
+        (method, str(sorted(settings.items()))) for method, settings in zip(trials.method, trials.settings, strict=True)
+    }
+    assert Counter(method for method, _ in tried) == dict.fromkeys(["mappo", "iql", "qmix"], 12)  # twelve settings each
+    assert search.trials == 12
+    assert {settings["gamma"] for settings in trials[trials["rank"] == 1].settings} == {0.8}  # at the edge
+
+
+def test_the_rungs_of_the_ladder() -> None:
+    bits, slack = kept("ladder/ladder_table", "told_bits"), kept("ladder/ladder_table", "slack")
+    env_steps = kept("ladder/ladder_table", "env_steps")
+    rungs = [row for row in table_rows(PAGES["docs/knowledge.md"]) if len(row) == 7][1:]
+    for method, _, told, learns, steps, _, _ in rungs:
+        key = method.split("`")[1]
+        if key in bits:
+            assert float(told) == bits[key], method
+            assert ("(slack 1)" in method) == (slack.get(key) == 1.0), method
+        if learns == "–" or steps == "3.6 M":
+            continue
+        number, unit = steps.split()
+        assert float(number) * {"K": 1e3, "M": 1e6}[unit] == env_steps[key], method
+    assert {key for key in env_steps if key in bits} <= {row[0].split("`")[1] for row in rungs}
+
+
+@pytest.mark.parametrize(("name", "page"), [("ladder", "docs/knowledge.md"), ("ablation", "docs/ablations.md")])
+def test_how_many_runs_there_are(name: str, page: str) -> None:
+    paths = sorted((REPOSITORY / "runs" / "reference" / name).glob("*/seed-*/provenance.json"))
+    trained = [seconds for path in paths if (seconds := json.loads(path.read_text("utf-8"))["train_seconds"]) > 0.0]
+    if name == "ladder":
+        minutes = round(sum(trained) / 60.0)
+        says(page, f"{len(trained)} trainings, which add up to {minutes // 60} h {minutes % 60} min")
+    else:
+        says(page, f"Of the {len(paths)} runs")
+        assert len(kept("ablation/effects", "reward")) == 16 + 3
+    assert re.search(rf"`runs/{name}\.yaml`: .*\({len(paths)} runs\)", PAGES["docs/commands.md"])
+
+
+@pytest.mark.parametrize("ranking", ["ranking_reward", "ranking_utility_mbps"])
+def test_no_two_methods_change_places(ranking: str) -> None:
+    heading, *games = table_rows(reference(f"sensitivity/{ranking}.md").read_text("utf-8"))
+    assert {row[heading.index("Changed places")] for row in games[1:]} == {"none"}
+    says("docs/sensitivity.md", f"({len(games)} games, three seeds, a third of the budget;")
+
+
+def test_the_verdicts_that_other_recipes_give() -> None:
+    verdicts: dict[str, str] = {}
+    for name in ("ablation", "ladder"):
+        with reference(f"{name}/claims.csv").open(encoding="utf-8", newline="") as file:
+            verdicts |= {row["id"]: row["verdict"] for row in csv.DictReader(file)}
+    assert verdicts == {
+        "parameter-sharing": "reproduced",
+        "value-normalisation": "not reproduced",
+        "loads-suffice": "partly",
+    }
+    says("docs/results.md", "Two of the last need ablations", "which finds that it holds in part")

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import Checkpoints
-from lawn_sb3.experiment.recipe import Cell, Evaluation, Method
+from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.watching import Watch
 from lawn_sb3.scenario import PRESETS
 

@@ -45,6 +45,12 @@ def test_a_policy_is_added_to_an_ablation_with_the_settings_of_its_algorithms_de
     assert (key, recipe.methods[key].baseline) == ("AdditiveMixerPolicy", "qmix")
 
 
+def test_a_policy_whose_learners_share_a_network_is_labelled_as_such() -> None:
+    shared = {"label": "A shared network", "algo": "iql", "env_steps": 8, "settings": {"share_parameters": True}}
+    recipe = Recipe.model_validate({**ABLATION, "methods": {"iql": shared}})
+    assert with_policy(recipe, "quantile_q")[0].methods["quantile_q"].label == "quantile_q, shared network"
+
+
 @pytest.mark.parametrize(
     ("policy", "expected"),
     [

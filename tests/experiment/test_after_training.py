@@ -13,10 +13,11 @@ from rich.console import Console
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.after_training import add_regrets, add_scaling, fly_scaled, has_regrets
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell, Method, Scaling
+from lawn_sb3.experiment.recipe import Method, Scaling
 from lawn_sb3.experiment.run_directory.files import REGRET_FILE, SCALING_FILE
 from lawn_sb3.experiment.train import run_cell
 from tests.experiment.training import ignore

@@ -12,10 +12,11 @@ import pytest
 
 from lawn_sb3.algos.iql import IQL
 from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import HasMemory
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.files import SAMPLED_FILE
 from lawn_sb3.experiment.train import run_cell
@@ -95,25 +96,3 @@ def test_iql_has_the_memory_that_checkpoints_keep(tmp_path: Path) -> None:
         assert same.replay_buffer is not None
         assert one.replay_buffer.pos == same.replay_buffer.pos == 12
         np.testing.assert_array_equal(one.replay_buffer.next_observations, same.replay_buffer.next_observations)
-
-
-@pytest.mark.parametrize(
-    ("label", "settings", "expected"),
-    [
-        ("IQL", {}, "IQL"),
-        ("IQL", {"share_parameters": False}, "IQL"),
-        ("IQL", {"share_parameters": True}, "IQL, shared network"),
-        ("IQL (shared network)", {"share_parameters": True}, "IQL (shared network)"),
-    ],
-)
-def test_a_shared_network_is_labelled_as_such(label: str, settings: dict[str, Any], expected: str) -> None:
-    assert Method(label=label, algo="iql", env_steps=1, settings=settings).label == expected
-
-
-def test_the_label_survives_being_written_and_read_back() -> None:
-    method = Method(label="IQL", algo="iql", env_steps=1, settings={"share_parameters": True})
-    assert Method.model_validate(method.model_dump(mode="json")) == method
-
-
-def test_iql_s_own_policy_is_the_default() -> None:
-    assert Method(label="IQL", algo="iql", env_steps=1).policy == "local_q"

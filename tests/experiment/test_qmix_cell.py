@@ -12,9 +12,10 @@ import pytest
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell, Method, parse_method
+from lawn_sb3.experiment.recipe import parse_method
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
@@ -33,12 +34,6 @@ def team_cell(tmp_path: Path) -> Cell:
     values = {"label": "QMIX", "algo": "qmix", "env_steps": 120, "num_games": 3, "settings": SETTINGS}
     scenario = PRESETS["paper"].changed(max_slots=9)
     return Cell("qmix", parse_method(values), 3, scenario, SMALL_EVALUATION, tmp_path / "qmix" / "seed-3")
-
-
-def test_whole_games_and_the_monotonic_mixer_are_the_default(team_cell: Cell) -> None:
-    assert team_cell.method.continuation == "episode"
-    assert team_cell.method.policy == "monotonic_mixer"
-    assert Method(label="MAPPO", algo="mappo", env_steps=1).continuation == "mission"
 
 
 def test_renewed_missions_are_refused_in_one_line(team_cell: Cell) -> None:

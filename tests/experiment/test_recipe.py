@@ -9,7 +9,9 @@ import pytest
 import yaml
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, cells, load_recipe
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.checks import honest_label
+from lawn_sb3.experiment.recipe import Method, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 
 GOOD = {
@@ -77,8 +79,28 @@ def test_an_impossible_changed_game_is_refused_before_anything_runs(tmp_path: Pa
         load_recipe(written(tmp_path, {**GOOD, "variants": {"odd": ["rb_bandwidth_hz=-1"]}}))
 
 
-def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
-    assert load_recipe(written(tmp_path, GOOD)).methods["mappo"].policy == "centralized_critic"
+@pytest.mark.parametrize(
+    ("algo", "policy", "continuation"),
+    [("mappo", "centralized_critic", "mission"), ("iql", "local_q", "mission"), ("qmix", "monotonic_mixer", "episode")],
+)
+def test_the_algorithms_own_policy_and_continuation_are_the_default(algo: str, policy: str, continuation: str) -> None:
+    method = Method(label="M", algo=algo, env_steps=1)
+    assert (method.policy, method.continuation) == (policy, continuation)
+    assert Method(label="M", algo=algo, env_steps=1, policy="own").policy == "own"
+
+
+@pytest.mark.parametrize(
+    ("label", "settings", "expected"),
+    [
+        ("IQL", {}, "IQL"),
+        ("IQL", {"share_parameters": False}, "IQL"),
+        ("IQL", {"share_parameters": True}, "IQL, shared network"),
+        ("One shared network", {"share_parameters": True}, "One shared network"),
+    ],
+)
+def test_a_label_says_that_a_network_is_shared(label: str, settings: dict[str, bool], expected: str) -> None:
+    assert honest_label(label, settings) == expected
+    assert Method(label=label, algo="iql", env_steps=1, settings=settings).label == label  # never rewritten
 
 
 @pytest.mark.parametrize(
@@ -116,6 +138,10 @@ def test_the_algorithms_own_policy_is_the_default(tmp_path: Path) -> None:
         (
             changed(mappo=learner(algo="mappo-episodes", fewest_uavs=5)),
             "methods.mappo: fewest_uavs = 5: from 1 to num_uavs = 4",
+        ),
+        (
+            changed(iql=learner(algo="iql", settings={"share_parameters": True})),
+            "methods.iql: label = 'M': say 'shared network', as IQL's learners have one there",
         ),
         (changed(**{"../up": {"label": "M", "player": "random"}}), "names a folder"),
     ],

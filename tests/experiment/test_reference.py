@@ -11,9 +11,9 @@ from rich.console import Console
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.after_training import add_regrets
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.reference import export_runs
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, SCALING_FILE

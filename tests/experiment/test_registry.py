@@ -19,14 +19,8 @@ from lawn_sb3.algos.mappo import (
 )
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.registry import (
-    ALGORITHMS,
-    TAKES,
-    accepted_settings,
-    algorithm_for,
-    find_algorithm,
-    find_player,
-)
+from lawn_sb3.experiment.registry import ALGORITHMS, algorithm_for, find_algorithm, find_player
+from lawn_sb3.experiment.settings import accepted_settings
 
 FITS: dict[type[BasePolicy], tuple[str, type]] = {
     ActorCriticPolicy: ("mappo", MAPPO),
@@ -56,7 +50,7 @@ def test_the_base_class_of_a_policy_decides_what_trains_it(policy: type[BasePoli
 @pytest.mark.parametrize("policy", FITS)
 def test_another_algorithm_refuses_it_and_says_whose_it_is(policy: type[BasePolicy]) -> None:
     algo = FITS[policy][0]
-    for other in {name for name in TAKES if not issubclass(policy, tuple(TAKES[name]))}:
+    for other in {name for name in ALGORITHMS if not issubclass(policy, tuple(ALGORITHMS[name]))}:
         with pytest.raises(UserError, match=f"{policy.__name__} .* does not fit {other}: it is a policy for {algo}; "):
             find_algorithm(other, policy)
 
@@ -75,4 +69,3 @@ def test_settings_are_those_of_the_constructors_and_of_what_they_hand_on_to() ->
     for name in ALGORITHMS:
         assert not {"args", "kwargs", "self", "optimize_memory_usage"} & accepted_settings(name)
     assert not {"clip_range", "use_sde", "n_steps"} & accepted_settings("qmix")
-    assert set(ALGORITHMS) == set(TAKES)

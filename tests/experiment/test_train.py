@@ -15,9 +15,10 @@ import yaml
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
 from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.recipe import Cell, Method, cells, load_recipe
+from lawn_sb3.experiment.recipe import Method, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.train import run_cell

@@ -14,9 +14,10 @@ from lawn_sb3.algos.mappo import MAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.envs import Observer
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import ModelPlayer, load_player
-from lawn_sb3.experiment.recipe import Cell, Method
+from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.train import run_cell

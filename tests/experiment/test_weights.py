@@ -12,7 +12,7 @@ import torch as th
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import weights
 from lawn_sb3.experiment.build import build_model
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.weights import load_weights, save_weights
 from tests.experiment.test_iql_cell import small_iql_cell
 

@@ -10,7 +10,7 @@ import pytest
 import torch as th
 from stable_baselines3.common.save_util import load_from_zip_file
 
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, PROVENANCE_FILE, RESULT_FILES
 from lawn_sb3.experiment.train import run_cell
 

@@ -10,7 +10,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks.kept import checks_folder
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report

@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Recipe, cells, load_recipe
+from lawn_sb3.experiment.cell import cells
+from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lawn_sb3.experiment.recipe import cells, load_recipe
+from lawn_sb3.experiment.cell import cells
+from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, page

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.results.attainable import attainable, explanation, share
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_with, results_of

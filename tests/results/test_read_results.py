@@ -10,7 +10,8 @@ import yaml
 from rich.console import Console
 
 from lawn_sb3.experiment.after_training import add_scaling
-from lawn_sb3.experiment.recipe import Cell, Recipe, Scaling
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe, Scaling
 from lawn_sb3.results.results import Results, read_results
 
 TABLES = {

@@ -6,7 +6,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_of, recipe_with, results_of
 

@@ -8,7 +8,8 @@ from typing import Any
 import yaml
 
 from lawn_sb3.errors import UserError, first_line
-from lawn_sb3.experiment.recipe import NOT_IN_RESULTS, Cell, Evaluation, Method
+from lawn_sb3.experiment.cell import NOT_IN_RESULTS, Cell
+from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
 from lawn_sb3.scenario import Scenario
 from lawn_sb3.whole_files import write_text

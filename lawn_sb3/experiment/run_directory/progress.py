@@ -15,7 +15,7 @@ import pandas as pd
 from stable_baselines3.common.logger import KVWriter
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.csv_file import checked, number, read_texts, whole
 from lawn_sb3.experiment.run_directory.files import PROGRESS_FILE
 

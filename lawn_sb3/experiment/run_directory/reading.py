@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.experiment.recipe import Cell, Scaling
+from lawn_sb3.experiment.recipe import Scaling
 from lawn_sb3.experiment.run_directory.csv_file import read_table
 from lawn_sb3.experiment.run_directory.files import (
     EPISODE_KEY,

@@ -8,9 +8,10 @@ from typing import Any
 
 import pandas as pd
 
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.knowledge import has_ladder
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns
 from lawn_sb3.experiment.run_directory.files import EPISODE_KEY, evaluation_columns
 from lawn_sb3.game.player import Player

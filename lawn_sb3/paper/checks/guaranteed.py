@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_games
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns, number
 from lawn_sb3.experiment.run_directory.files import episode_and_uav
 from lawn_sb3.paper.checks.check import Check

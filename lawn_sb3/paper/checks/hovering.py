@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.checks.check import EvaluationCheck

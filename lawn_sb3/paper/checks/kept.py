@@ -15,8 +15,9 @@ from rich.console import Console
 from rich.progress import track
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import RESULTS_SINCE, Cell
 from lawn_sb3.experiment.provenance import provenance
-from lawn_sb3.experiment.recipe import RESULTS_SINCE, Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.csv_file import read_table, write_rows
 from lawn_sb3.paper.checks.check import Check

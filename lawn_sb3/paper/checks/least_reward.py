@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
 from lawn_sb3.paper.checks.check import Check
 from lawn_sb3.paper.identification.bounds import draw_legs, rate_terms_mbps

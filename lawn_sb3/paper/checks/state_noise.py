@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from lawn_sb3.envs import Observer
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.players import ModelPlayer, load_player
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns, whole
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.checks.check import Check

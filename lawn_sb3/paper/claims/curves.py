@@ -13,7 +13,7 @@ from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import combine, counted, higher, join, known
 from lawn_sb3.paper.roles import FORMS
-from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.statistics import mean_interval
 
 GREEDY = "greedy/success_percent"

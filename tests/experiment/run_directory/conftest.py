@@ -6,7 +6,8 @@ import pytest
 from rich.console import Console
 
 from lawn_sb3.experiment.after_training import add_scaling
-from lawn_sb3.experiment.recipe import Cell, Scaling
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Scaling
 
 FLOWN = Scaling(num_uavs=(1, 3), episodes=2, methods=("mappo",))
 

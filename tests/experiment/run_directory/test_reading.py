@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.progress import read_progress
 from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,

@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.experiment.recipe import Cell
 from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,
     read_paths,

@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 from rich.console import Console
 
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import export_checks, fly_checks, read_checks
 from lawn_sb3.paper.checks.hovering import Hovering
 from lawn_sb3.paper.checks.kept import checks_folder

@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.recipe import Cell, Recipe, cells
+from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.checks.state_noise import StateNoise
 from lawn_sb3.paper.roles import ROLES

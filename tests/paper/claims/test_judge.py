@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from functools import partial
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.paper.claims import Claim, Evidence, judge, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS

@@ -9,7 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.report.sections.anarchy import anarchy, certified_welfares
 from lawn_sb3.results.results import Results, read_results

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.sections.low_utility import CAUSES, Cause, binned, co_served_bounds, section
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results

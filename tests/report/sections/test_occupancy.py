@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.patches import StepPatch
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.sections.occupancy import load_groups, occupancy, section, shown_slots
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of

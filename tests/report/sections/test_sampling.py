@@ -5,7 +5,8 @@ from __future__ import annotations
 import pandas as pd
 import pytest
 
-from lawn_sb3.experiment.recipe import Cell, Recipe
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.sections.sampling import section
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results

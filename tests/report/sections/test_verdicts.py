@@ -46,12 +46,6 @@ def test_the_summary_names_the_claims_of_each_verdict() -> None:
     ]
 
 
-def test_the_table_is_written_for_forges_and_papers() -> None:
-    table = claims_table([judged("partly", "R̂ 40.2 ± 0.8, T_min & more")])
-    assert "| flat    | It is flat. (V-B) | partly" in table.as_markdown()
-    assert "$\\hat{R}$ 40.2 $\\pm$ 0.8" in table.as_latex()
-
-
 def test_headlines_are_the_claims_marked_so_reproduced_ones_first() -> None:
     def headline(verdict: Verdict) -> Judged:
         one = judged(verdict)

@@ -1,0 +1,141 @@
+"""The command about training one model: train."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, say
+from lawn_sb3.config import parse_overrides
+from lawn_sb3.errors import UserError, unknown_name
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.checks import honest_label
+from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, REPOSITORY
+from lawn_sb3.experiment.reproduce import training_bar
+from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
+from lawn_sb3.experiment.train import run_cell, try_method
+from lawn_sb3.scenario import load_scenario
+
+app = typer.Typer()
+
+
+@app.command()
+def train(
+    out: Annotated[Path, typer.Option(help="run directory to write; an interrupted training in it is resumed")],
+    recipe_path: Annotated[
+        Path | None,
+        typer.Option("--recipe", help="recipe whose --method is trained, on its game and with its settings"),
+    ] = None,
+    method: Annotated[str | None, typer.Option(help="method of the --recipe")] = None,
+    algo: Annotated[
+        str | None, typer.Option(help=f"algorithm: {', '.join(ALGORITHMS)}; default: mappo, or the method's own")
+    ] = None,
+    policy: Annotated[
+        str | None, typer.Option(help="NAME of policies/NAME.py, or package.module:Class; default: the algorithm's own")
+    ] = None,
+    scenario: Annotated[
+        str | None, typer.Option(help="preset or YAML file; default: paper, or the recipe's own")
+    ] = None,
+    changes: Changes = [],  # noqa: B006
+    seed: Annotated[int, typer.Option(min=0, help="seed of everything random in training")] = 0,
+    env_steps: Annotated[
+        int | None, typer.Option(min=1, help="budget: joint slots of one game; default: 150000, or the method's own")
+    ] = None,
+    num_games: Annotated[
+        int | None, typer.Option(min=1, help="games played side by side; default: as in runs/paper.yaml")
+    ] = None,
+    hyperparams: Annotated[
+        list[str], typer.Option("--hyperparams", "-params", help="setting of the algorithm: key=value; repeatable")
+    ] = [],  # noqa: B006
+    device: Annotated[str, typer.Option(help="torch device: cpu, cuda, auto")] = "cpu",
+    progress: Annotated[bool, typer.Option("--progress/--no-progress", "-P", help="show a progress bar")] = True,
+) -> None:
+    """Train one model and evaluate it on 200 episodes.
+
+    Settings that --hyperparams does not name are those of the recipe's method; without --recipe, those of
+    runs/paper.yaml for the same algorithm and policy.
+    """
+    settings = parse_overrides(hyperparams, "--hyperparams") | ({} if device == "cpu" else {"device": device})
+    if (recipe_path is None) != (method is None):
+        raise UserError("name both --recipe FILE and --method NAME, or neither")
+    if recipe_path is not None and method is not None:
+        if algo is not None or policy is not None:
+            raise UserError("--recipe: algorithm and policy are those of its --method; leave out --algo and --policy")
+        cell = _cell_of_recipe(recipe_path, method)
+    else:
+        cell = _cell_of_algorithm(algo or "mappo", policy, out.resolve().name)
+    if scenario is not None:
+        cell = replace(cell, scenario=load_scenario(scenario))
+    if changes:
+        cell = replace(cell, scenario=cell.scenario.changed(**parse_overrides(changes)))
+    changed = _changed(cell.method, settings, env_steps=env_steps, num_games=num_games)
+    cell = replace(cell, method=changed, seed=seed, directory=out)
+    if _has_to_run(cell):
+        try_method(cell)
+        _run(cell, progress)
+        say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
+    else:
+        say(f"{out} holds this run already, finished")
+
+
+def _cell_of_recipe(path: Path, name: str) -> Cell:
+    """The cell of a recipe's method."""
+    recipe = load_recipe(path)
+    if name not in recipe.methods:
+        raise unknown_name("method", name, recipe.methods)
+    method = recipe.methods[name]
+    if method.algo is None:
+        raise UserError(f"method {name!r} is a player without training; lawn-sb3 evaluate --player {method.player}")
+    return Cell(name, method, 0, recipe.game(), recipe.evaluation, Path(), regret=recipe.regret)
+
+
+def _cell_of_algorithm(algo: str, policy: str | None, name: str) -> Cell:
+    """The cell of an algorithm with the settings of ``runs/paper.yaml``, where that has a method like it."""
+    policy = policy or DEFAULT_POLICIES.get(algo)
+    same = [method for method in load_recipe(REPOSITORY / PAPER_RECIPE).methods.values() if method.algo == algo]
+    exact = [method for method in same if method.policy == policy]
+    like: dict[str, Any] = {}
+    for known in (exact or same)[:1]:
+        like = {"num_games": known.num_games, "settings": known.settings}
+    method = parse_method({"label": name, "algo": algo, "policy": policy, "env_steps": 150_000, **like})
+    return Cell(name, method, 0, load_scenario("paper"), Evaluation(), Path())
+
+
+def _changed(method: Method, settings: dict[str, Any], **fields: int | None) -> Method:
+    """A method with some settings and fields changed; those without a number stay."""
+    values = method.model_dump() | {name: value for name, value in fields.items() if value is not None}
+    values["settings"] = method.settings | settings
+    values["label"] = honest_label(method.label, values["settings"])
+    return parse_method(values)
+
+
+def _has_to_run(cell: Cell) -> bool:
+    """Whether a cell's directory lacks its finished run; a directory that holds something else is refused."""
+    out = cell.directory
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if out.exists() and any(out.iterdir()) and not (out / CONFIG_FILE).exists():
+        raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
+    if is_finished(cell):
+        return False
+    if (out / FINISHED_FILE).exists():
+        raise UserError(
+            f"--out {str(out)!r} holds a finished run with other settings: choose another folder or delete it"
+        )
+    return True
+
+
+def _run(cell: Cell, progress: bool) -> None:
+    """Train and evaluate; a failure is told in one line."""
+    with interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
+        try:
+            run_cell(cell, advance)
+        except (ArithmeticError, AssertionError, RuntimeError, TypeError, ValueError) as error:
+            reason = next(iter(str(error).splitlines()), "no reason given")
+            where = str(cell.directory)
+            fail(f"training in {where!r} failed: {type(error).__name__}: {reason}; checkpoints are kept", 1)
