@@ -63,7 +63,8 @@ def recipe_with(methods: Mapping[str, Method], **changes: object) -> Recipe:
 def method_of(role: str, **changes: Any) -> Method:
     """A method that plays a part in the claims, labelled like it in capitals."""
     given = dict(ROLES[role])
-    values = {name: given.pop(name) for name in ("player", "algo", "policy", "without_reward") if name in given}
+    fields = [name for name in ("player", "algo", "policy", "without_reward") if name in given]
+    values: dict[str, Any] = {name: given.pop(name) for name in fields}
     if values.get("algo") == "mappo-episodes":
         values["continuation"] = "episode"
     learner = {"env_steps": 150_000, "settings": given} if "algo" in values else {}

@@ -24,17 +24,17 @@ SYMBOLS = {
 
 def findings(
     random: pd.DataFrame,
-    others: pd.DataFrame,
-    bounds: pd.DataFrame,
     linear: pd.DataFrame,
+    bounds: pd.DataFrame,
+    others: pd.DataFrame,
     link_budget_db: tuple[float | None, float | None],
 ) -> dict[str, str]:
     """Say what is identified.
 
     :param random: the table of candidates
-    :param others: what trained players earn; may be empty
-    :param bounds: which weights can give the J of CTDE-MAPPO
     :param linear: the terms of Random's J
+    :param bounds: which weights can give the J of CTDE-MAPPO
+    :param others: what trained players earn; may be empty
     :param link_budget_db: budgets that agree with the rate of Random
     :return: a sentence or two by constant, then for ``reward`` and ``bounds`` what holds of several together
     """

@@ -23,7 +23,7 @@ def episode_figures(rows: pd.DataFrame, time: TimeReading = "makespan_slots") ->
 
     :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
     :param time: what T-bar averages
-    :return: one row an episode, with the columns ``TESTED``; ``makespan_slots`` is T-bar as it is read, NaN where
+    :return: one row per episode, with the columns ``TESTED``; ``makespan_slots`` is T-bar as it is read, NaN where
         nobody arrived and only those who do count
     """
     timed = rows.assign(arrived_slots=rows["slots"].where(rows["arrived"]), arrived=100.0 * rows["arrived"])

@@ -99,7 +99,7 @@ ALONE_AND_CROWDED: dict[str, Any] = {
 
 def unevenness(straight_utility: list[float], **changes: list[Any]) -> Evidence:
     """Two equal seeds of both forms in which the crowded have a fifth of the rate and take twice the time."""
-    own = {name: [values] * 2 for name, values in {**ALONE_AND_CROWDED, **changes}.items()}
+    own: dict[str, Any] = {name: [values] * 2 for name, values in {**ALONE_AND_CROWDED, **changes}.items()}
     return evidence(
         *(flown_by_seed(role, **own) for role in FORMS), flown_by_seed("straight", utility_mbps=[straight_utility] * 2)
     )
@@ -156,6 +156,6 @@ def test_without_missions_in_different_cells_congestion_cannot_be_told(changes: 
 
 def test_failed_missions_do_not_count_as_long_flights() -> None:
     # The only mission that took longer failed.
-    changes = {"slots": [5, 5, 5, 100], "arrived": [True, True, True, False]}
+    changes: dict[str, Any] = {"slots": [5, 5, 5, 100], "arrived": [True, True, True, False]}
     finding = uneven_by_congestion(unevenness([20.0] * 4, **changes))
     assert "longer flights (MAPPO)" in finding.why
