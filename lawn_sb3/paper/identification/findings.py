@@ -9,15 +9,13 @@ from lawn_sb3.paper.identification.candidates import LINK_BUDGET
 from lawn_sb3.paper.identification.random_row import CEILING, FIGURES, LEAST, TESTED
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.paper.standard_error import DISFAVOURED_Z
+from lawn_sb3.results.quantities import QUANTITIES
 
 MOVED_Z = 1.0
 """A constant moves a figure if its candidates differ in it by more standard errors."""
 
 SYMBOLS = {
-    "reward": "J̄",
-    "rate_mbps": "R̂",
-    "makespan_slots": "T̄",
-    "success_percent": "success",
+    **{name: QUANTITIES[name].symbol for name in FIGURES},
     LEAST: "mean T_min above the T̄ of CTDE-MAPPO",
 }
 
