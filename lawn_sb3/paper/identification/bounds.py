@@ -34,8 +34,8 @@ from scipy.optimize import linprog
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
 from lawn_sb3.paper.identification.candidates import ALTERNATIVES, PAPER
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, RULED_OUT_Z, standard_error
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z, standard_error
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.paper.identification.candidates import LINK_BUDGET
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z
 from lawn_sb3.paper.identification.random_row import CEILING, FIGURES, LEAST, TESTED
 from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z
 
 MOVED_Z = 1.0
 """A constant moves a figure if its candidates differ in it by more standard errors."""

@@ -20,11 +20,11 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game.player import Player, RandomPlayer
 from lawn_sb3.paper.identification.bounds import bounds_table, draw_legs
 from lawn_sb3.paper.identification.candidates import PAPER, REWARD_CONSTANTS, candidates
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, RULED_OUT_Z
 from lawn_sb3.paper.identification.findings import SYMBOLS, findings
 from lawn_sb3.paper.identification.random_row import FIGURES, LEAST, link_budget_interval, random_row
 from lawn_sb3.paper.identification.reward import OTHER_COLUMNS, TERMS, linear_table, other_rows, reward_terms
 from lawn_sb3.paper.printed_values import TABLE_II, TEST_EPISODES
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z
 
 MISSIONS_SEED = 50_000
 """Missions apart from those of tests, training and tuning."""

@@ -7,8 +7,8 @@ import pandas as pd
 
 from lawn_sb3.paper.identification.bounds import rate_ceiling_mbps
 from lawn_sb3.paper.identification.candidates import LINK_BUDGET, Candidate, TimeReading, link_budget_db
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, standard_error, verdict
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II, PaperRow
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, standard_error, verdict
 
 FIGURES = PaperRow._fields
 LEAST = "min_slots"

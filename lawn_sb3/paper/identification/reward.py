@@ -21,8 +21,8 @@ from lawn_sb3.game.player import Player
 from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.identification.candidates import PAPER, Candidate
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, standard_error
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, standard_error
 from lawn_sb3.scenario import Scenario
 
 TERMS = ("progress_voxels", "collisions", "failed", "rate_sum_mbps")

@@ -7,11 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.sections.ladder import has_ladder
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
 from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.results import Results
@@ -46,7 +46,7 @@ def shows(results: Results) -> bool:
     :param results: what the runs left
     :return: false without such curves
     """
-    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results)
+    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results.methods)
 
 
 def _figure(results: Results) -> Figure:

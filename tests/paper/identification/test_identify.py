@@ -15,9 +15,9 @@ from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.paper.identification import Identification, as_markdown, identify
 from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPER, TIME, candidates, link_budget_db
-from lawn_sb3.paper.identification.errors import standard_error, verdict
 from lawn_sb3.paper.identification.findings import findings
 from lawn_sb3.paper.identification.random_row import TESTED, episode_figures, link_budget_interval, z_scores
+from lawn_sb3.paper.standard_error import standard_error, verdict
 from tests.paper.identification.wanderer import Wanderer
 
 

@@ -7,8 +7,9 @@ from lawn_sb3.report.sections.verdicts import CAPTION, claims_headlines, claims_
 
 
 def judged(verdict: Verdict, figure: str = "1 of 2") -> Judged:
-    claim = Claim(id="flat", section="V-B", text="It is flat.", measure="range over seeds", test="varies_little")
-    return Judged(claim, Finding(verdict, figure, "It is."))
+    finding = Finding(verdict, figure, "It is.")
+    values = {"id": "flat", "place": 1, "section": "V-B", "text": "It is flat.", "measure": "range over seeds"}
+    return Judged(Claim.model_validate({**values, "rule": lambda evidence: finding}), finding)
 
 
 def test_a_tally_counts_verdicts_in_a_fixed_order_and_leaves_out_those_without() -> None:
