@@ -14,6 +14,7 @@ from lawn_sb3.experiment.after_training import add_regrets
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
+from lawn_sb3.paper.checks import fly_checks
 
 # The first example of a test may have to wait for Numba to compile.
 settings.register_profile("kit", deadline=None)
@@ -57,7 +58,11 @@ def finished_runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     todo = cells(load_recipe(folder / "planned.yaml"), folder / "small")
     for cell in todo:
         run_cell(cell, lambda env_steps: None)
-    add_regrets(todo, Console(quiet=True))
+    quiet = Console(quiet=True)
+    add_regrets(todo, quiet)
+    for name in ("small", "planned"):
+        recipe = load_recipe(folder / f"{name}.yaml")
+        fly_checks(recipe, cells(recipe, folder / "small"), quiet)
     return folder
 
 

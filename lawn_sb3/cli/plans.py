@@ -18,7 +18,7 @@ from rich.table import Table
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ceilings import ceilings, earned
-from lawn_sb3.experiment.plans import Advance, make_planner, plan_episodes
+from lawn_sb3.experiment.plan_episodes import Advance, make_planner, plan_episodes
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS

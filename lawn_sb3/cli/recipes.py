@@ -32,6 +32,7 @@ from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
 from lawn_sb3.experiment.train import try_method
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.paper.checks import export_checks, fly_checks
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report
@@ -62,8 +63,10 @@ def reproduce(
                 add_regrets(todo, messages)
         except FailedRunsError:
             with suppress(UserError, OSError):  # the failure says more than that there is nothing to report
+                fly_checks(recipe, todo, messages)
                 _publish(build_report(recipe, todo, command), runs / "report")
             raise
+        fly_checks(recipe, todo, messages)
         _publish(build_report(recipe, todo, command), runs / "report")
     if not recipe.variants:
         _compare(recipe, runs, _reference(recipe_path, recipe))
@@ -151,7 +154,9 @@ def export(
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
     files = ABLATION_FILES if recipe.is_ablation else (*RESULT_FILES, WEIGHTS_FILE)
-    written = export_runs(cells(recipe, runs), runs, folder, files)  # refuses before anything is replaced
+    finished = cells(recipe, runs)
+    written = export_runs(finished, runs, folder, files)  # refuses before anything is replaced
+    written += export_checks(finished, folder)
     command = f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}"
     _publish(build_report(recipe, cells(recipe, folder), command), folder / "report")
     say(f"{written / 1e6:.1f} MB of runs in {folder}")

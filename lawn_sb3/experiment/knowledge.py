@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Literal, get_args
 
 from lawn_sb3.envs.observation import Sight, broadcast_bits
@@ -13,6 +13,8 @@ from lawn_sb3.scenario import Scenario
 Rung = Literal["nothing", "loads", "clock", "memory", "destinations", "intents", "state"]
 RUNGS: tuple[Rung, ...] = get_args(Rung)
 """The ladder, from the bottom: each rung knows what those below it know, but for memory, which stands aside."""
+FEWEST_RUNGS = 3
+"""A recipe whose learners stand on fewer has no ladder."""
 
 PLAYERS: dict[str, Rung | None] = {
     "random": "nothing",
@@ -57,6 +59,15 @@ def rung_of(method: Method) -> Rung | None:
     if not getattr(policy, "looks_at_loads", True):
         return "nothing"
     return "clock" if "clock" in sees else "loads"
+
+
+def has_ladder(methods: Mapping[str, Method]) -> bool:
+    """Whether learners stand on enough rungs to compare them.
+
+    :param methods: methods of a recipe by key
+    :return: true if they do
+    """
+    return len({rung_of(method) for method in methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
 def bits_of(method: Method, scenario: Scenario) -> int | None:

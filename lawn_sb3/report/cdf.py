@@ -19,11 +19,7 @@ NOT_PLANNERS = ("random", "shortest-path")
 
 
 def planners(methods: Mapping[str, Method]) -> dict[str, Method]:
-    """The methods that plan; the bound is one of them.
-
-    :param methods: methods of a recipe
-    :return: those with a player other than the random and the straight one
-    """
+    """Those of some methods that plan; the bound is one of them."""
     return {
         key: method
         for key, method in methods.items()

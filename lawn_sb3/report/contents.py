@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
+from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections import (
@@ -108,6 +109,9 @@ def build_report(recipe: Recipe, cells: Sequence[Cell], command: str) -> Report:
         name: read_results(own, [cell for cell in cells if cell.variant == name], kind.tables)
         for name, own in recipe.split().items()
     }
+    if kind is OF_RECIPE:
+        for results in games.values():
+            results.checks = read_checks(recipe, cells, results.problems)
     problems = [problem for results in games.values() for problem in results.problems]
     whole = {name: results for name, results in games.items() if results.methods}
     if not whole:

@@ -82,11 +82,7 @@ def colours(methods: Iterable[str]) -> dict[str, str]:
 
 
 def line_of(method: str) -> LineStyle:
-    """How the line of a method is drawn.
-
-    :param method: its key
-    :return: a line style
-    """
+    """How the line of a method is drawn; the method by its key."""
     return LINES.get(method, "-")
 
 

@@ -1,8 +1,8 @@
-"""How fast methods learn, by greedy success on the way: when it is first high, and how much there is on average."""
+"""How methods learn: smoothed curves, when greedy success is first high, and how much there is on average."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Hashable, Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +12,8 @@ from lawn_sb3.results.pairing import Pair, pair_up
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import UNKNOWN, Interval, paired_t
 
+WINDOW = 30
+"""Points a smoothed curve averages over, as in the paper."""
 GREEDY = "greedy/success_percent"
 THRESHOLD = 95.0
 """Success in percent whose crossing the paper reports."""
@@ -53,6 +55,22 @@ class Crossing(NamedTuple):
         if np.isinf(value):
             return f"> {self.budget:,}"
         return f"{'at most ' if value <= self.first else ''}{value:,.0f}"
+
+
+def smoothed(curves: pd.DataFrame, column: str, window: int) -> pd.DataFrame:
+    """Rolling mean of a curve, seed by seed.
+
+    :param curves: rows of ``progress.csv`` with the columns ``method`` and ``seed``
+    :param column: what to smooth; rows without it are left out
+    :param window: points to average over, fewer at the start
+    :return: the columns ``method, seed, env_steps, value``
+    """
+    parts = []
+    for (method, seed), rows in curves.dropna(subset=[column]).groupby(["method", "seed"], sort=False):
+        value = rows[column].rolling(window, min_periods=1).mean()
+        keys: dict[str, Hashable | pd.Series] = {"method": method, "seed": seed}
+        parts.append(pd.DataFrame({**keys, "env_steps": rows["time/env_steps"], "value": value}))
+    return pd.concat(parts, ignore_index=True) if parts else pd.DataFrame()
 
 
 def greedy_curves(results: Results, method: str, seeds: Iterable[int]) -> dict[int, pd.Series]:

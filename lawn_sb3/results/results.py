@@ -31,6 +31,8 @@ TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling")
 """Tables of :class:`Results` beside the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
+EQUILIBRIA = ("equilibrium", "worst-equilibrium")
+"""Players that look for equilibria."""
 
 
 @dataclass
@@ -46,7 +48,7 @@ class Results:
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
     :param scaling: rows of all ``scaling.csv``
-    :param cells: the cells whose runs were read
+    :param checks: what was flown besides the runs, by name: its rows, or why it cannot be made
     """
 
     recipe: Recipe
@@ -58,7 +60,7 @@ class Results:
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
     scaling: pd.DataFrame = field(default_factory=pd.DataFrame)
-    cells: Sequence[Cell] = ()
+    checks: dict[str, pd.DataFrame | str] = field(default_factory=dict)
 
     @property
     def methods(self) -> dict[str, Method]:
@@ -160,7 +162,7 @@ def read_results(recipe: Recipe, cells: Sequence[Cell], tables: Collection[str] 
     :param tables: the tables to read beside ``episodes``
     :return: what could be read, and what could not
     """
-    results = Results(recipe, cells=cells)
+    results = Results(recipe)
     parts: dict[str, list[pd.DataFrame]] = {name: [] for name in ("episodes", *tables)}
     for cell in cells:
         if not (cell.directory / CONFIG_FILE).exists():

@@ -67,6 +67,7 @@ def test_exported_runs_rebuild_the_same_report_byte_for_byte(lawn: Command) -> N
     assert kept.status == 0
     reference = Path("runs/reference/tiny")
     assert (reference / "mappo" / "seed-0" / "weights.npz").exists()
+    assert (reference / "checks" / "hovering.csv").exists()
     assert not list(reference.rglob("model.zip"))
     before = {path.name: path.read_bytes() for path in (reference / "report").iterdir()}
     shutil.rmtree(reference / "report")

@@ -8,8 +8,11 @@ import pytest
 
 from lawn_sb3.experiment.run_directory import files
 from lawn_sb3.experiment.run_directory.csv_file import Columns
+from lawn_sb3.paper.checks.check import Check, EvaluationCheck
+from lawn_sb3.paper.checks.kept import CHECKS
 from lawn_sb3.scenario import PRESETS
 from tests.docs.pages import PAGES
+from tests.handmade import recipe_of
 
 PAGE = PAGES["docs/run-directory.md"]
 GAME = PRESETS["tiny"].changed(gbs_grid=(2, 1), rbs_per_gbs=2)
@@ -17,6 +20,7 @@ GAME = PRESETS["tiny"].changed(gbs_grid=(2, 1), rbs_per_gbs=2)
 
 def test_every_file_is_there() -> None:
     names = {value for name, value in vars(files).items() if name.endswith(("_FILE", "_FOLDER"))}
+    names |= {f"{check.name}.csv" for check in CHECKS}
     named = set(re.findall(r"`([\w.]+)/?`", PAGE))
     assert names <= named
     assert {name for name in named if name.endswith((".csv", ".json", ".zip", ".npz", ".pt"))} <= names
@@ -35,3 +39,10 @@ def test_every_file_is_there() -> None:
 def test_every_column_is_there(name: str, columns: Columns) -> None:
     (own,) = (part for part in re.split(r"\n\n(?=`\w+\.csv`)", PAGE) if part.startswith(f"`{name}`"))
     assert set(columns) - set(re.findall(r"`(\w+)`", own)) == set()
+
+
+@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.name)
+def test_every_column_of_a_check_is_there(check: Check) -> None:
+    (row,) = re.findall(rf"\| `{check.name}\.csv` \|(.*)", PAGE)
+    columns = check.columns(recipe_of(2, ("random",)), [])
+    assert (set(columns) <= set(re.findall(r"`(\w+)`", row))) == (not isinstance(check, EvaluationCheck))

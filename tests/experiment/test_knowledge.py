@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lawn_sb3.experiment.knowledge import PLAYERS, RUNGS, bits_of, rung_of
+from lawn_sb3.experiment.knowledge import PLAYERS, RUNGS, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.experiment.registry import PLAYERS as KNOWN
 from lawn_sb3.scenario import PRESETS
@@ -32,3 +32,10 @@ def test_every_player_has_a_rung_and_nobody_is_heard_by_uavs_that_are_alone() ->
     assert bits_of(player("bound"), PRESETS["paper"]) is None
     assert bits_of(player("mean-field-destinations"), PRESETS["paper"]) == 2
     assert bits_of(Method(label="R", player="random"), PRESETS["paper"]) == 0
+
+
+def test_three_rungs_with_learners_make_a_ladder() -> None:
+    rungs = {key: learner(key, policy=f"knows_{key}", algo="mappo-episodes") for key in ("loads", "clock", "state")}
+    assert has_ladder(rungs)
+    players = {key: player(key) for key in ("shortest-path", "forecast", "welfare")}
+    assert not has_ladder({**rungs, **players, "state": rungs["clock"]})

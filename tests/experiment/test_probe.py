@@ -1,53 +1,31 @@
-"""The probe of policies: what is let through, what is refused in one line, and that training notices nothing of it."""
+"""The probe of policies: what is let through, and what is refused in one line."""
 
 from __future__ import annotations
 
 import inspect
-import random
 from typing import Any
 
 import numpy as np
 import pytest
 import torch as th
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
-from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
 from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.dqn.policies import DQNPolicy, QNetwork
 from torch import nn
 
-from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy, MaskableCTDEPolicy, RecurrentCTDEPolicy
+from lawn_sb3.algos.mappo import MAPPO, MaskableCTDEPolicy, RecurrentCTDEPolicy
 from lawn_sb3.algos.qmix import QMIXPolicy
 from lawn_sb3.envs import make_vec_env
-from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.policy_errors import policy_error
 from lawn_sb3.experiment.probe import check_policy
-from lawn_sb3.experiment.registry import REPOSITORY, algorithm_for, find_algorithm, place
-from lawn_sb3.scenario import Scenario
-from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, VECTOR, parameters
+from lawn_sb3.experiment.registry import REPOSITORY, place
+from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, parameters
+from tests.experiment.probed import Good, Masking, NormedCritic, built
 
-HERE = "tests/experiment/test_probe.py"
 SHIPPED = sorted(path.stem for path in (REPOSITORY / "policies").glob("[!_]*.py"))
-ONE_EACH = ["centralized_critic", "masked", "recurrent", "monotonic_mixer", "local_q", "quantile_q"]
-REPLAY = {"buffer_size": 800, "batch_size": 32, "target_update_interval": 10, "learning_starts": 4 * VECTOR}
-SETTINGS: dict[str, dict[str, Any]] = {
-    "mappo": {"n_steps": 16, "batch_size": 128, "n_epochs": 2, "policy_kwargs": {"net_arch": [32, 32]}},
-    "iql": {**REPLAY, "policy_kwargs": {"net_arch": [32]}},
-    "qmix": {**REPLAY, "policy_kwargs": {"net_arch": [32, 32]}},
-}
-
-
-def built(policy: type[BasePolicy], scenario: Scenario = SMALL, **kwargs: Any) -> BaseAlgorithm:
-    """A small untrained model with a policy, of the algorithm that takes it."""
-    name = algorithm_for(policy)
-    assert name is not None
-    algorithm: Any = find_algorithm(name, policy)
-    extras = [sight for sight in getattr(policy, "sees", ()) if sight in EXTRAS]
-    env = make_vec_env(scenario, NUM_GAMES, continuation=algorithm.continuation, extras=extras)
-    model: BaseAlgorithm = algorithm(policy, env, seed=0, device="cpu", **{**SETTINGS[name], **kwargs})
-    return model
 
 
 def refusal(policy: type[BasePolicy]) -> str:
@@ -56,15 +34,10 @@ def refusal(policy: type[BasePolicy]) -> str:
     with pytest.raises(UserError) as refused:
         check_policy(model, "mine")
     message = str(refused.value)
-    begin = f"policy 'mine' ({HERE}"
+    begin = f"policy 'mine' ({place(policy)}"
     assert message.startswith(begin)
     assert "\n" not in message
     return message.removeprefix(begin)
-
-
-class Good(CTDEPolicy):
-    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
-        return th.cat([local, state], dim=1)
 
 
 class Additive(QMIXPolicy):
@@ -88,18 +61,6 @@ def test_every_policy_that_ships_is_let_through_before_and_after_training(name: 
     model.learn(2 * ROLLOUT)
     assert not np.array_equal(parameters(model), before)
     check_policy(model, name)
-
-
-class Masking(Good):
-    """Rules out every odd action: its logit is minus infinity. Dropout besides, from torch's own random state."""
-
-    def _build_mlp_extractor(self) -> None:
-        super()._build_mlp_extractor()
-        self.mlp_extractor.policy_net.append(nn.Dropout(0.5))
-
-    def _get_action_dist_from_latent(self, latent_pi: th.Tensor) -> Any:
-        odd = th.arange(63) % 2 == 1
-        return self.action_dist.proba_distribution(self.action_net(latent_pi).masked_fill(odd, -th.inf))
 
 
 class OfRealStatesAlone(Good):
@@ -166,7 +127,7 @@ def test_an_actor_that_reads_x_is_refused(policy: type[BasePolicy], changed: str
 
 
 def test_a_learner_of_iql_that_reads_x_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    model: Any = built(find_policy("local_q"))
+    model = built(find_policy("local_q"))
     views = type(model.policy.views)
     monkeypatch.setattr(views, "observe", lambda own, learner, flat: flat[own.slots(learner), -own.layout.local_dim :])
     with pytest.raises(UserError, match=r"policy 'local_q' \(policies/local_q.py\): its actor reads .* action values"):
@@ -261,14 +222,6 @@ def test_answers_that_are_no_numbers_are_refused(policy: type[BasePolicy], who: 
     assert message.endswith(" real observations with NaN or infinity")
 
 
-class NormedCritic(Good):
-    """Batch norm: in play it has statistics of its own, in updates it takes those of the batch."""
-
-    def _build_mlp_extractor(self) -> None:
-        super()._build_mlp_extractor()
-        self.mlp_extractor.value_net.insert(0, nn.BatchNorm1d(self.layout.flat_dim))
-
-
 class Peeking(Good):
     """The actor sees the o_j of the slot before: another UAV's, as long as slots come game by game."""
 
@@ -297,41 +250,6 @@ def test_an_answer_that_depends_on_the_other_slots_is_refused(policy: type[BaseP
     assert f" {what} change when the other slots of the batch do; an answer may depend on its own" in refusal(policy)
 
 
-# --- it leaves no trace --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("policy", [*map(find_policy, ONE_EACH), Masking], ids=lambda policy: policy.__name__)
-def test_a_probed_training_gives_the_same_weights_and_goes_on_with_the_same_random_numbers(
-    policy: type[BasePolicy],
-) -> None:
-    after = []
-    for probed in (False, True):
-        model = built(policy)
-        for seed in (random.seed, np.random.seed, th.manual_seed):
-            seed(5)
-        for _ in range(2):
-            if probed:
-                check_policy(model, "mine")
-            model.learn(ROLLOUT, reset_num_timesteps=False)
-        if probed:
-            check_policy(model, "mine")
-        after.append([*parameters(model), random.random(), np.random.random(), th.rand(1).item()])
-    np.testing.assert_array_equal(after[0], after[1])
-
-
-def test_modes_statistics_and_games_stay_as_they_were_even_when_a_policy_is_refused() -> None:
-    model = built(NormedCritic)
-    model.policy.set_training_mode(True)
-    env: Any = model.get_env()
-    env.reset()
-    seen, weights = env.get_attr("simulator", [0])[0].state.position.copy(), parameters(model)
-    with pytest.raises(UserError):
-        check_policy(model, "mine")
-    assert all(part.training for part in model.policy.modules())
-    np.testing.assert_array_equal(parameters(model), weights)
-    np.testing.assert_array_equal(env.get_attr("simulator", [0])[0].state.position, seen)
-
-
 # --- errors --------------------------------------------------------------------------------------------------------
 
 
@@ -348,7 +266,7 @@ def test_an_error_while_a_policy_is_asked_becomes_one_line_with_file_line_and_re
 
 def test_a_users_error_raised_by_a_policy_keeps_its_words() -> None:
     error = UserError("net_arch = []: at least one layer")
-    assert str(policy_error(error, Good, "mine")) == f"policy 'mine' ({HERE}): net_arch = []: at least one layer"
+    assert str(policy_error(error, Good, "mine")) == f"policy 'mine' ({place(Good)}): net_arch = []: at least one layer"
 
 
 def test_a_class_is_placed_by_its_file_or_else_by_its_module() -> None:

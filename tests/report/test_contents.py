@@ -12,6 +12,7 @@ import pytest
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe
+from lawn_sb3.paper.checks.kept import checks_folder
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report
 from lawn_sb3.report.document import page as page_of
@@ -115,6 +116,19 @@ def test_a_damaged_file_is_named_and_the_report_is_made_of_the_rest(
     assert set(results.methods) == {"random", "mappo"}
     page = reported(recipe, small_cells, tmp_path / "report")
     assert f"- {results.problems[0]}" in page
+
+
+def test_a_report_flies_nothing_and_names_what_was_not_flown_before_it(recipe: Recipe, small_cells: list[Cell]) -> None:
+    missing = checks_folder(small_cells) / "hovering.csv"
+    missing.unlink()
+    report = build_report(recipe, small_cells, COMMAND)
+    assert report.problems == [
+        "checks/hovering.csv cannot be read: No such file or directory; lawn-sb3 reproduce makes it"
+    ]
+    claims = report.tables["claims"].numbers.set_index("id")
+    assert claims.loc["iql-rate-artefact", "verdict"] == "not testable"
+    assert claims.loc["iql-rate-artefact", "why"] == "Needs checks/hovering.csv, which lawn-sb3 reproduce makes."
+    assert not missing.exists()
 
 
 def test_what_the_runs_do_not_give_is_left_out(

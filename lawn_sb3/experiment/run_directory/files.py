@@ -56,7 +56,7 @@ PATH_KEY = [*EPISODE_KEY, "slot"]
 def evaluation_columns(game: Scenario, episodes: int) -> Columns:
     """One row per test episode and UAV."""
     return {
-        **_episode_and_uav(game, episodes),
+        **episode_and_uav(game, episodes),
         "reward": number("accumulated reward J"),
         "rate_mbps": number("bias-corrected moving average of the rate when the mission ended", "Mbps", 0),
         "slots": whole("flight time T_i", "slots", 1, game.max_slots),
@@ -83,7 +83,7 @@ def paths_columns(game: Scenario, traced: int) -> Columns:
     """One row per slot and UAV of the first test episodes, from the origin (slot 0) to where its mission ended."""
     width, length, height = game.grid
     return {
-        **_episode_and_uav(game, traced),
+        **episode_and_uav(game, traced),
         "slot": whole("slots flown so far", "slots", 0, game.max_slots),
         "x": whole("position", "voxels", 0, width - 1),
         "y": whole("position", "voxels", 0, length - 1),
@@ -97,7 +97,7 @@ def paths_columns(game: Scenario, traced: int) -> Columns:
 def regret_columns(game: Scenario, episodes: int) -> Columns:
     """One row per test episode and UAV; the others keep the trajectories that they flew."""
     return {
-        **_episode_and_uav(game, episodes),
+        **episode_and_uav(game, episodes),
         "utility_mbps": number("utility U_i that the UAV had", "Mbps", 0),
         "best_mbps": number("utility of its best response", "Mbps", 0),
         "best_slots": whole("flight time of its best response", "slots", 0, game.max_slots),
@@ -120,7 +120,8 @@ def scaling_columns(game: Scenario) -> Columns:
     }
 
 
-def _episode_and_uav(game: Scenario, episodes: int) -> Columns:
+def episode_and_uav(game: Scenario, episodes: int) -> Columns:
+    """The columns that tell the UAVs of test episodes apart."""
     return {
         "episode": whole("test episode, from 0", "", 0, max(episodes - 1, 0)),
         "uav": whole("UAV of the episode, from 0", "", 0, game.num_uavs - 1),

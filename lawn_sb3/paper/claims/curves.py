@@ -9,14 +9,18 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
-from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
-from lawn_sb3.paper.claims.comparisons import combine, counted, higher, join, known
-from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
+from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
+from lawn_sb3.paper.claims.rule_parts import combine, counted, higher, join, known
+from lawn_sb3.paper.roles import FORMS
+from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.statistics import mean_interval
 
 GREEDY = "greedy/success_percent"
 PLAYS = {GREEDY: "greedy", "missions/success_percent": "in training missions"}
 """Column of ``progress.csv`` with a success rate: how it was flown."""
+LEVEL_PERCENT = 95.0
+"""The success that Fig. 2 is said to reach and to keep."""
 
 
 def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series]:
@@ -25,7 +29,7 @@ def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series
     :param evidence: what the runs left
     :param role: the part
     :param column: column of ``progress.csv``; training missions are smoothed
-    :return: one series a seed, its index in env steps
+    :return: one series per seed, its index in env steps
     :raises CannotTellError: if nothing was measured
     """
     key, curves = evidence.key(role), evidence.results.curves
@@ -36,31 +40,30 @@ def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series
     return [rows.set_index("env_steps")["value"].astype(float) for _, rows in points.groupby("seed")]
 
 
-def _after_crossing(series: pd.Series, level: float) -> pd.Series:
+def _after_crossing(series: pd.Series) -> pd.Series:
     """The curve from its first value at or above the level on; empty if it never gets there."""
-    above = np.flatnonzero(series.to_numpy() >= level)
+    above = np.flatnonzero(series.to_numpy() >= LEVEL_PERCENT)
     return series.iloc[above[0] :] if len(above) else series.iloc[:0]
 
 
-def crosses(evidence: Evidence, of: list[str], level: float, within: float) -> Finding:
-    """Whether every seed's success reaches a level within a budget.
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :param level: success in percent
-    :param within: env steps
-    :return: the finding; for each form greedy play and training missions count apart
-    :raises CannotTellError: if a training ended below the level before the budget was used
-    """
-    figures, held = [], []
-    for role in of:
+@claim(
+    place=540,
+    section="V-B, Fig. 2",
+    text="CTDE-MAPPO achieves a success rate above 95 % within approximately 150 K environment steps.",
+    measure="first point at or above 95 %, of greedy evaluations and of training missions smoothed as in Fig. 2",
+    headline=True,
+)
+def success_within_150k(evidence: Evidence) -> Finding:
+    """Whether every seed gets there in time; for each form greedy play and training missions count apart."""
+    within, figures, held = 150_000, [], []
+    for role in FORMS:
         parts = []
         for column, name in PLAYS.items():
             seeds = curve(evidence, role, column)
-            first = [tail.index[0] for own in seeds if len(tail := _after_crossing(own, level))]
+            first = [tail.index[0] for own in seeds if len(tail := _after_crossing(own))]
             never = len(seeds) - len(first)
             if never and evidence.method(role).env_steps < within:
-                raise CannotTellError(f"needs trainings of {within:,.0f} env steps of {evidence.label(role)}")
+                raise CannotTellError(f"needs trainings of {within:,} env steps of {evidence.label(role)}")
             parts.append(f"{f'{max(first):,.0f} env steps' if first else 'never'} {name}")
             parts[-1] += f" ({never} of {len(seeds)} seeds never)" if first and never else ""
             held.append(not never and max(first) <= within)
@@ -68,26 +71,27 @@ def crosses(evidence: Evidence, of: list[str], level: float, within: float) -> F
     return Finding(
         combine(held),
         f"slowest seed of each: {'; '.join(figures)}",
-        f"Every seed has to reach {level:g} % within {within:,.0f} env steps.",
+        f"Every seed has to reach {LEVEL_PERCENT:g} % within {within:,} env steps.",
     )
 
 
-def stays_above(evidence: Evidence, of: list[str], level: float) -> Finding:
-    """Whether success never falls below a level again once it was reached.
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :param level: success in percent
-    :return: the finding; for each form greedy play and training missions count apart
-    """
+@claim(
+    place=550,
+    section="Abstract, V-B, Fig. 2",
+    text="The success rate remains stable thereafter.",
+    measure="later points below 95 %, of greedy evaluations and of training missions smoothed as in Fig. 2",
+    headline=True,
+)
+def stable_thereafter(evidence: Evidence) -> Finding:
+    """Whether no seed ever falls below the level again; for each form greedy play and training missions count apart."""
     figures, held, broken = [], [], []
-    for role in of:
+    for role in FORMS:
         parts = []
         for column, name in PLAYS.items():
-            seeds = [_after_crossing(own, level) for own in curve(evidence, role, column)]
+            seeds = [_after_crossing(own) for own in curve(evidence, role, column)]
             values = np.concatenate([tail.to_numpy() for tail in seeds])
             there = all(len(tail) for tail in seeds)
-            below = int((values < level).sum())
+            below = int((values < LEVEL_PERCENT).sum())
             held.append(there and below == 0)
             parts.append(
                 f"{below} of {len(values)} points below {name}, lowest {values.min():.1f} %"
@@ -97,7 +101,7 @@ def stays_above(evidence: Evidence, of: list[str], level: float) -> Finding:
             if not held[-1]:
                 broken.append(f"{evidence.label(role)} {name}")
         figures.append(f"{evidence.label(role)}: {', '.join(parts)}")
-    why = f"No point after a seed's first at {level:g} % may lie below it"
+    why = f"No point after a seed's first at {LEVEL_PERCENT:g} % may lie below it"
     return Finding(combine(held), "; ".join(figures), f"{why}; not so {join(broken)}." if broken else f"{why}.")
 
 
@@ -109,6 +113,7 @@ def _steps_up_and_down(series: pd.Series) -> float:
     return float(np.abs(np.diff(values)).mean())
 
 
+@shared_rule
 def fluctuates_more(evidence: Evidence, role: str, than: list[str]) -> Finding:
     """Whether success goes up and down more in the second half of training than another method's does.
 
@@ -117,73 +122,70 @@ def fluctuates_more(evidence: Evidence, role: str, than: list[str]) -> Finding:
     :param than: the parts of the other method's forms
     :return: the finding
     """
-    return _higher(evidence, _steps_up_and_down, " points", [role], than)
+    return _higher(evidence, _steps_up_and_down, " points", role, than)
 
 
-def learns_faster(evidence: Evidence, of: list[str], than: list[str]) -> Finding:
-    """Whether the mean success over the whole training, the area under the curve, is higher than another method's.
+@claim(
+    place=480,
+    section="IV-B",
+    text="Sharing parameters among the UAVs improves sample efficiency.",
+    measure="mean greedy success over the whole training, V(o, x) with one actor for all against one for each",
+    needs="ablation",
+)
+def parameter_sharing(evidence: Evidence) -> Finding:
+    """Whether the area under the curve is larger with one actor for all."""
+    return _higher(evidence, lambda series: float(series.mean()), " %", "mappo-o", ["mappo-separate"])
 
-    :param evidence: what the runs left
-    :param of: the parts said to learn faster
-    :param than: the parts of the others
-    :return: the finding
-    """
-    return _higher(evidence, lambda series: float(series.mean()), " %", of, than)
 
-
-def _higher(
-    evidence: Evidence, figure: Callable[[pd.Series], float], unit: str, of: list[str], than: list[str]
-) -> Finding:
-    """Whether a figure of the greedy curve is higher for some parts than for each of the others."""
+def _higher(evidence: Evidence, figure: Callable[[pd.Series], float], unit: str, of: str, than: list[str]) -> Finding:
+    """Whether a figure of the greedy curve is higher for one part than for each of the others."""
     values = {
-        role: np.array([figure(series) for series in curve(evidence, role)], dtype=np.float64) for role in [*of, *than]
+        role: np.array([figure(series) for series in curve(evidence, role)], dtype=np.float64) for role in [of, *than]
     }
-    verdict, why = higher(values, of, than, 2)
-    shown = [f"{evidence.label(role)}: {mean_interval(own).text(2)}{unit}" for role, own in values.items()]
-    return Finding(verdict, "; ".join(shown), why)
+    return Finding(*higher(evidence, values, [of], unit, 2))
 
 
-def declines(evidence: Evidence, role: str, by: float) -> Finding:
-    """Whether success peaks in the first half of training and falls back from there.
-
-    :param evidence: what the runs left
-    :param role: the part
-    :param by: points that have to be lost from the peak of the mean over seeds to the end
-    :return: the finding; partly if the peak was late
-    """
-    seeds = pd.concat(curve(evidence, role), axis=1, join="inner")
+@claim(
+    place=580,
+    section="V-B, Fig. 2",
+    text="IQL's success rate improves briefly at the early stage and later degrades.",
+    measure="greedy success at the peak of the mean over seeds minus that at the end, 95 % interval; five points count",
+)
+def iql_declines(evidence: Evidence) -> Finding:
+    """Whether success peaks in the first half of training and falls back from there; partly if the peak was late."""
+    points = 5
+    seeds = pd.concat(curve(evidence, "iql"), axis=1, join="inner")
     if not len(seeds):
         raise CannotTellError("needs seeds that were evaluated after the same env steps")
     steps, values = seeds.index.to_numpy(dtype=np.float64), seeds.to_numpy()  # [P], [P, S]
     mean = values.mean(axis=1)
     peak = int(mean.argmax())
     lost = known(mean_interval(values[peak] - values[-1]))
-    fell, early = lost.low >= by, bool(steps[peak] <= steps[-1] / 2)
+    fell, early = lost.low >= points, bool(steps[peak] <= steps[-1] / 2)
     return Finding(
         ("reproduced" if early else "partly") if fell else "not reproduced",
-        f"{evidence.label(role)}: peak of the mean {mean[peak]:.1f} % at {steps[peak]:,.0f} of {steps[-1]:,.0f} env "
+        f"{evidence.label('iql')}: peak of the mean {mean[peak]:.1f} % at {steps[peak]:,.0f} of {steps[-1]:,.0f} env "
         f"steps, end {mean[-1]:.1f} %, lost {lost.text(1)} points",
-        f"At least {by:g} points have to be lost with the whole interval ({'they are' if fell else 'they are not'}), "
+        f"At least {points} points have to be lost with the whole interval ({'they are' if fell else 'they are not'}), "
         f"after a peak in the first half of training ({'it is' if early else 'it is not'}).",
     )
 
 
-def rises_together(evidence: Evidence, of: list[str], columns: list[str], above: float) -> Finding:
-    """Whether two figures of the evaluations rank them alike, in the whole training and in its second half.
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :param columns: the two columns of ``progress.csv``
-    :param above: the rank correlation that has to be exceeded
-    :return: the finding; for each form the whole training and its second half count apart
-    :raises CannotTellError: if a half has fewer than three evaluations, or a figure that never changes
-    """
-    figures, held = [], []
-    for role in of:
-        pairs = zip(*(curve(evidence, role, name) for name in columns), strict=True)
+@claim(
+    place=410,
+    section="I, IV-A",
+    text="The per-step reward approximates the game utility throughout training.",
+    measure="rank correlation of J̄ and mean U over the greedy evaluations, of the whole training and of its second "
+    "half; 95 % interval over seeds",
+)
+def reward_approximates_utility(evidence: Evidence) -> Finding:
+    """Whether both rank the evaluations alike; for each form the whole training and its second half count apart."""
+    above, figures, held = 0.5, [], []
+    for role in FORMS:
+        pairs = zip(*(curve(evidence, role, f"greedy/{name}") for name in ("reward", "utility_mbps")), strict=True)
         seeds: list[NDArray[np.float64]] = [
             pd.concat(pair, axis=1, join="inner").to_numpy() for pair in pairs
-        ]  # [P, 2]
+        ]  # [P, 2] each
         whole = known(mean_interval([_rank_correlation(points) for points in seeds]))
         late = known(mean_interval([_rank_correlation(points[len(points) // 2 :]) for points in seeds]))
         figures.append(

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from scipy.stats import spearmanr
 
 from lawn_sb3.game.fairness import gini
-from lawn_sb3.paper.claims.claim import CannotTellError, Evidence, Finding
-from lawn_sb3.paper.claims.comparisons import combine, counted, difference, higher, is_positive, known, seed_difference
+from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
+from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
+from lawn_sb3.paper.claims.rule_parts import combine, counted, difference, higher, is_positive, known, seed_difference
+from lawn_sb3.paper.roles import FORMS
 from lawn_sb3.results.statistics import mean_interval
-
-UTILITY = "utility_mbps"
 
 
 def _width(utility: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -40,33 +40,23 @@ SHAPES = {
 }
 
 
-def by_seed(evidence: Evidence, role: str, shape: str) -> NDArray[np.float64]:
-    """A figure of the distribution of the utility.
-
-    :param evidence: what the runs left
-    :param role: the part
-    :param shape: a key of ``SHAPES``
-    :return: one value a seed [S]
-    """
-    return SHAPES[shape].of(evidence.results.scores(evidence.key(role), UTILITY, per="uav"))
-
-
+@shared_rule
 def larger(evidence: Evidence, shape: str, of: list[str], than: list[str]) -> Finding:
     """Whether a figure of the distribution of the utility is larger for a method than for others.
 
     :param evidence: what the runs left
-    :param shape: the figure
+    :param shape: a key of ``SHAPES``
     :param of: the parts of the method's forms
     :param than: the other parts
     :return: the finding
     """
-    name, unit, decimals, _ = SHAPES[shape]
-    values = {role: by_seed(evidence, role, shape) for role in [*of, *than]}
-    verdict, why = higher(values, of, than, decimals)
-    shown = [f"{evidence.label(role)}: {mean_interval(own).text(decimals)}{unit}" for role, own in values.items()]
-    return Finding(verdict, f"{name}: {'; '.join(shown)}", why)
+    name, unit, decimals, figure_of = SHAPES[shape]
+    values = {role: figure_of(evidence.utilities_mbps(role)) for role in [*of, *than]}
+    verdict, figure, why = higher(evidence, values, of, unit, decimals)
+    return Finding(verdict, f"{name}: {figure}", why)
 
 
+@shared_rule
 def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percent: float) -> Finding:
     """Whether nearly all utilities of some methods lie near zero, in every seed.
 
@@ -78,8 +68,7 @@ def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percen
     """
     figures, held, names = [], [], []
     for role in of:
-        utility = evidence.results.scores(evidence.key(role), UTILITY, per="uav")
-        shares = 100.0 * (utility < below_mbps).mean(axis=(1, 2))
+        shares = 100.0 * (evidence.utilities_mbps(role) < below_mbps).mean(axis=(1, 2))
         figures.append(f"{evidence.label(role)}: {mean_interval(shares).text(1)} % of the UAVs")
         held.append(bool(shares.min() >= share_percent))
         names.append(f"{evidence.label(role)} {'does' if held[-1] else 'does not'}")
@@ -91,15 +80,16 @@ def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percen
     )
 
 
-def never_collide(evidence: Evidence, of: list[str]) -> Finding:
-    """Whether no UAV of a method is ever in the voxel of another (eq:collision).
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :return: the finding
-    """
+@claim(
+    place=230,
+    section="II-B, III-A",
+    text="The joint trajectory satisfies the collision avoidance constraint at all times.",
+    measure="UAVs of the trained players that are in the voxel of another at the end of a slot, test missions",
+)
+def collision_free(evidence: Evidence) -> Finding:
+    """Whether no UAV is ever in the voxel of another (eq:collision)."""
     figures, held = [], []
-    for role in of:
+    for role in FORMS:
         collisions = evidence.results.scores(evidence.key(role), "collisions", per="uav")  # [S, E, N]
         share = mean_interval(100.0 * (collisions > 0).mean(axis=(1, 2)))
         figures.append(f"{evidence.label(role)}: {share.text(1)} % of the UAVs collide")
@@ -107,19 +97,20 @@ def never_collide(evidence: Evidence, of: list[str]) -> Finding:
     return Finding(combine(held), "; ".join(figures), f"No UAV may ever collide: {counted(held)} without.")
 
 
-def uneven_through_congestion(evidence: Evidence, of: list[str], straight: str) -> Finding:
-    """Whether UAVs in loaded cells get low rates and long flights, and whether that is a policy that pays for all.
-
-    :param evidence: what the runs left
-    :param of: the parts of the method's forms
-    :param straight: the part of the player whose UAVs heed nobody
-    :return: the finding: four conditions a form
-    """
+@claim(
+    place=760,
+    section="V-C",
+    text="The welfare-maximising policy routes some UAVs through more congested cells, with lower rates and longer "
+    "completion times, to benefit the collective.",
+    measure="rates and flight times by cell load, spread and mean of the utility against UAVs that fly straight",
+)
+def uneven_by_congestion(evidence: Evidence) -> Finding:
+    """Whether UAVs in loaded cells get low rates and long flights, and whether that pays for all: four conditions."""
     figures: list[str] = []
     held: list[bool] = []
     failed: list[str] = []
-    flat, blind = by_seed(evidence, straight, "width"), evidence.label(straight)
-    for role in of:
+    flat, blind = _width(evidence.utilities_mbps("straight")), evidence.label("straight")
+    for role in FORMS:
         rows = evidence.results.episodes
         rows = rows[(rows["method"] == evidence.key(role)) & rows["arrived"]]
         if not len(rows):
@@ -128,8 +119,8 @@ def uneven_through_congestion(evidence: Evidence, of: list[str], straight: str) 
             known(mean_interval([of_seed(own) for _, own in rows.groupby("seed")]))
             for of_seed in (_rate_with_load, _delay_of_the_loaded)
         )
-        wider = seed_difference(by_seed(evidence, role, "width"), flat)
-        gain = difference(evidence, UTILITY, role, straight)
+        wider = seed_difference(_width(evidence.utilities_mbps(role)), flat)
+        gain = difference(evidence, "utility_mbps", role, "straight")
         label = evidence.label(role)
         figures.append(
             f"{label}: rank correlation of R̂ with cell load {rates.text(2)}; T/T_min of the most loaded quarter over "

@@ -23,19 +23,14 @@ Collisions only lower J, so the upper bound holds with them; the lower one is fo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 from scipy.optimize import linprog
 
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.game.radio import radio_map, rate_unit_mbps
-from lawn_sb3.paper.identification.candidates import ALTERNATIVES, PAPER
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, RULED_OUT_Z, standard_error
-from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.game.radio import radio_map
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
@@ -51,21 +46,8 @@ class Legs(NamedTuple):
     """T_i^min [E, N]."""
 
 
-class Bounds(NamedTuple):
-    """Least and largest mean J of a method that always arrives and never collides."""
-
-    lower: float
-    upper: float
-
-
 def draw_legs(scenario: Scenario, episodes: int, seed: int) -> Legs:
-    """The missions that :func:`lawn_sb3.experiment.evaluation.evaluate` flies with this seed.
-
-    :param scenario: the scenario
-    :param episodes: number of joint episodes
-    :param seed: picks the missions
-    :return: their lengths
-    """
+    """How far the missions lead that :func:`lawn_sb3.experiment.evaluation.evaluate` flies with this seed."""
     missions = evaluation_missions(scenario, episodes, seed)
     way = missions.destinations - missions.origins
     least = -(-np.abs(way).sum(axis=-1) // scenario.max_voxel_steps)
@@ -84,11 +66,7 @@ def rate_weight(slots: Ints, min_slots: Ints, ema_beta: float) -> Floats:
 
 
 def rate_range_mbps(scenario: Scenario) -> tuple[float, float]:
-    """The smallest and the largest rate a UAV can have in one slot.
-
-    :param scenario: the scenario
-    :return: all UAVs in one cell and the worst voxel; alone and in the best voxel
-    """
+    """The rate of a UAV in one slot at worst, with all others in its cell, and at best, alone in the best voxel."""
     rb_mbps = radio_map(scenario).rb_rate_mbps
     share = int(scenario.num_rbs.min()) // scenario.num_uavs
     return share * float(rb_mbps.min()), int(scenario.num_rbs.max()) * float(rb_mbps.max())
@@ -149,104 +127,13 @@ def rate_terms_mbps(
     return np.asarray(means[where.reshape(min_slots.shape)])
 
 
-def reward_bounds(scenario: Scenario, legs: Legs, rate_mbps: float, makespan_slots: float, unit_mbps: float) -> Bounds:
-    """Between which values the mean J of a method with 100 % success lies if nobody collides.
+def rewards(legs: Legs, terms_mbps: Floats, nav_weight: float, unit_mbps: float) -> Floats:
+    """J of every UAV that arrives and never collides.
 
-    :param scenario: its ``nav_weight``, ``ema_beta``, deadline and link
-    :param legs: the missions it flew
-    :param rate_mbps: its mean corrected rate R-hat
-    :param makespan_slots: its mean makespan
+    :param legs: the missions
+    :param terms_mbps: what :func:`rate_terms_mbps` returned
+    :param nav_weight: weight of progress
     :param unit_mbps: unit of rates inside rewards
-    :return: the bounds
+    :return: J [E, N]; only the mean of all is a bound
     """
-    travelled = scenario.nav_weight * float(legs.distance_voxels.mean())
-    ends = (
-        rate_terms_mbps(scenario, legs.min_slots, rate_mbps, makespan_slots, largest).mean()
-        for largest in (False, True)
-    )
-    return Bounds(*(travelled + float(end) / unit_mbps for end in ends))
-
-
-def rate_units_mbps() -> dict[str, float]:
-    """Units that rates inside the rewards might have.
-
-    :return: Mbps by name, the preset's first
-    """
-    alone = rate_unit_mbps(PAPER)
-    return {
-        "lone UAV one voxel away": alone,
-        "lone UAV in the best voxel": rate_range_mbps(PAPER)[1],
-        "100 Mbps": 100.0,
-        "10 Mbps": 10.0,
-        "one RB one voxel away": alone / int(PAPER.num_rbs.max()),
-        "1 Mbps": 1.0,
-    }
-
-
-def bounds_table(legs: Legs, random: Mapping[str, float]) -> pd.DataFrame:
-    """Which weights of progress, rate units and ``ema_beta`` can give the J of the paper's CTDE-MAPPO row.
-
-    The paper's missions are others than ours: the bounds have the standard error of a mean of its episodes. A choice is
-    ruled out if the printed J lies above the upper bound, or if not even a collision of every UAV in every slot of the
-    printed T-bar brings the lower bound down to it. It is disfavoured if it takes more collisions than Random has.
-
-    :param legs: missions of the preset
-    :param random: means a UAV of Random's reward terms (:data:`lawn_sb3.paper.identification.reward.TERMS`)
-    :return: one row for each rate unit with each ``nav_weight``, then for each other ``ema_beta``: the bounds, their
-        error, the collisions a UAV needed, the verdict; from which ``nav_weight`` on the paper's J is possible up to
-        which without a collision and with Random's, NaN if there is none (sampling error apart); and the
-        ``fail_penalty`` with which the choice gives the J of Random too, NaN where its rates are not known
-    """
-    units, betas = rate_units_mbps(), ALTERNATIVES["ema_beta"]
-    weights = (PAPER.nav_weight, *ALTERNATIVES["nav_weight"])
-    choices = [(PAPER.ema_beta, name, weight) for name in units for weight in weights]
-    choices += [(beta, next(iter(units)), PAPER.nav_weight) for beta in betas]
-    printed = TABLE_II["CTDE-MAPPO"]
-    longest = printed.makespan_slots + ROUNDING.makespan_slots
-    ends = {
-        beta: [
-            rate_terms_mbps(PAPER.changed(ema_beta=beta), legs.min_slots, printed.rate_mbps, longest, largest)
-            for largest in (False, True)
-        ]
-        for beta in (PAPER.ema_beta, *betas)
-    }
-    rows: list[dict[str, object]] = []
-    for beta, name, weight in choices:
-        row = _bounds_row(legs, ends[beta], random, units[name], weight)
-        choice = {"rate_unit": name, "rate_unit_mbps": units[name], "nav_weight": weight, "ema_beta": beta}
-        rows.append({**choice, "is_preset": not rows, **row})
-    table = pd.DataFrame(rows)
-    table.loc[table["ema_beta"] != PAPER.ema_beta, "fail_penalty_of_random"] = float("nan")
-    return table
-
-
-def _bounds_row(
-    legs: Legs, ends: list[Floats], random: Mapping[str, float], unit_mbps: float, nav_weight: float
-) -> dict[str, object]:
-    printed, penalty = TABLE_II["CTDE-MAPPO"], PAPER.collision_penalty
-    usual, most = penalty * random["collisions"], penalty * printed.makespan_slots
-    rewards = [nav_weight * legs.distance_voxels + end / unit_mbps for end in ends]
-    error = max(standard_error(pd.Series(reward.mean(axis=1)), ROUNDING.reward) for reward in rewards)
-    lower, upper = (float(reward.mean()) for reward in rewards)
-    reach = float(legs.distance_voxels.mean())
-    weights = [nav_weight + (printed.reward - bound) / reach for bound in (upper, lower, lower - usual)]
-    first, last_clean, last = (weight if weight >= 0 else float("nan") for weight in (max(weights[0], 0), *weights[1:]))
-    others = nav_weight * random["progress_voxels"] - usual + random["rate_sum_mbps"] / unit_mbps
-    return {
-        "lower": lower,
-        "upper": upper,
-        "standard_error": error,
-        "collisions_needed": max(lower - printed.reward, 0.0) / penalty,
-        "verdict": _verdict(printed.reward, Bounds(lower, upper), usual, most, error),
-        "nav_weight_from": first if weights[2] >= 0 else float("nan"),
-        "nav_weight_to_without_collisions": last_clean,
-        "nav_weight_to": last,
-        "fail_penalty_of_random": (others - TABLE_II["Random"].reward) / random["failed"],
-    }
-
-
-def _verdict(reward: float, bounds: Bounds, usual_cost: float, most_cost: float, error: float) -> str:
-    above, below = reward - bounds.upper, bounds.lower - reward
-    if max(above, below - most_cost) > RULED_OUT_Z * error:
-        return "ruled out"
-    return "disfavoured" if max(above, below - usual_cost) > DISFAVOURED_Z * error else "agrees"
+    return nav_weight * legs.distance_voxels + terms_mbps / unit_mbps

@@ -6,35 +6,33 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.paper.identification.candidates import LINK_BUDGET
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z
 from lawn_sb3.paper.identification.random_row import CEILING, FIGURES, LEAST, TESTED
 from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z
+from lawn_sb3.results.quantities import QUANTITIES
 
 MOVED_Z = 1.0
 """A constant moves a figure if its candidates differ in it by more standard errors."""
 
 SYMBOLS = {
-    "reward": "J̄",
-    "rate_mbps": "R̂",
-    "makespan_slots": "T̄",
-    "success_percent": "success",
+    **{name: QUANTITIES[name].symbol for name in FIGURES},
     LEAST: "mean T_min above the T̄ of CTDE-MAPPO",
 }
 
 
 def findings(
     random: pd.DataFrame,
-    others: pd.DataFrame,
-    bounds: pd.DataFrame,
     linear: pd.DataFrame,
+    bounds: pd.DataFrame,
+    others: pd.DataFrame,
     link_budget_db: tuple[float | None, float | None],
 ) -> dict[str, str]:
     """Say what is identified.
 
     :param random: the table of candidates
-    :param others: what trained players earn; may be empty
-    :param bounds: which weights can give the J of CTDE-MAPPO
     :param linear: the terms of Random's J
+    :param bounds: which weights can give the J of CTDE-MAPPO
+    :param others: what trained players earn; may be empty
     :param link_budget_db: budgets that agree with the rate of Random
     :return: a sentence or two by constant, then for ``reward`` and ``bounds`` what holds of several together
     """

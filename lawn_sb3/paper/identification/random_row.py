@@ -7,8 +7,8 @@ import pandas as pd
 
 from lawn_sb3.paper.identification.bounds import rate_ceiling_mbps
 from lawn_sb3.paper.identification.candidates import LINK_BUDGET, Candidate, TimeReading, link_budget_db
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, standard_error, verdict
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II, PaperRow
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, standard_error, verdict
 
 FIGURES = PaperRow._fields
 LEAST = "min_slots"
@@ -23,7 +23,7 @@ def episode_figures(rows: pd.DataFrame, time: TimeReading = "makespan_slots") ->
 
     :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
     :param time: what T-bar averages
-    :return: one row an episode, with the columns ``TESTED``; ``makespan_slots`` is T-bar as it is read, NaN where
+    :return: one row per episode, with the columns ``TESTED``; ``makespan_slots`` is T-bar as it is read, NaN where
         nobody arrived and only those who do count
     """
     timed = rows.assign(arrived_slots=rows["slots"].where(rows["arrived"]), arrived=100.0 * rows["arrived"])

@@ -10,7 +10,7 @@ with progress in voxels of Euclidean distance. J alone can identify these consta
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
@@ -21,8 +21,8 @@ from lawn_sb3.game.player import Player
 from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.identification.candidates import PAPER, Candidate
-from lawn_sb3.paper.identification.errors import DISFAVOURED_Z, standard_error
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.paper.standard_error import DISFAVOURED_Z, standard_error
 from lawn_sb3.scenario import Scenario
 
 TERMS = ("progress_voxels", "collisions", "failed", "rate_sum_mbps")
@@ -42,7 +42,7 @@ def reward_terms(player: Player, scenario: Scenario, episodes: int, seed: int) -
     :param scenario: the game; its weights are ignored
     :param episodes: number of joint episodes
     :param seed: picks the missions
-    :return: one row an episode and UAV, with the columns ``episode, uav`` and ``TERMS``
+    :return: one row per episode and UAV, with the columns ``episode, uav`` and ``TERMS``
     """
     weightless = scenario.changed(nav_weight=1.0, collision_penalty=0.0, fail_penalty=0.0)
     rows = evaluate(player, weightless, episodes, seed)
@@ -58,18 +58,9 @@ def reward_terms(player: Player, scenario: Scenario, episodes: int, seed: int) -
 
 
 def weights(scenario: Scenario) -> dict[str, float]:
-    """How much of each term a scenario pays.
-
-    :param scenario: the scenario
-    :return: reward for one unit of each of ``TERMS``
-    """
-    values = (
-        scenario.nav_weight,
-        -scenario.collision_penalty,
-        -scenario.fail_penalty,
-        1.0 / rate_unit_mbps(scenario),
-    )
-    return dict(zip(TERMS, values, strict=True))
+    """The reward that a scenario pays for one unit of each of ``TERMS``."""
+    penalties = (-scenario.collision_penalty, -scenario.fail_penalty)
+    return dict(zip(TERMS, (scenario.nav_weight, *penalties, 1.0 / rate_unit_mbps(scenario)), strict=True))
 
 
 def accumulated_reward(terms: pd.DataFrame, scenario: Scenario) -> pd.Series:
@@ -87,7 +78,7 @@ def linear_table(terms: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
 
     :param terms: what :func:`reward_terms` returned for the Random player
     :param scenario: the scenario that was flown
-    :return: one row a term: ``constant``, the mean of its term a UAV (``coefficient``, signed) and that mean's
+    :return: one row per term: ``constant``, the mean of its term over UAVs (``coefficient``, signed) and that mean's
         ``standard_error``, the constant's ``value``, its ``contribution`` to J, and the values ``needed`` for the
         paper's J, from ``needed_low`` to ``needed_high`` within ``DISFAVOURED_Z`` standard errors; a weight below 0
         cannot be meant
@@ -115,62 +106,30 @@ def linear_table(terms: pd.DataFrame, scenario: Scenario) -> pd.DataFrame:
     )
 
 
-class RecordingPlayer:
-    """Another player, whose actions are kept.
+class Repeater:
+    """Flies once as another player does, and from then on repeats the actions of that flight.
 
-    :param player: who flies
+    :param player: who flies first
     """
 
     def __init__(self, player: Player) -> None:
         self.name = player.name
-        self.actions: list[NDArray[np.int64]] = []
-        self._player = player
+        self._player: Player | None = player
+        self._taken: list[NDArray[np.int64]] = []
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Get the player ready.
-
-        :param simulator: the games
-        :param rng: source of the player's own randomness
-        """
-        self.actions.clear()
-        self._player.start(simulator, rng)
+        """Get the player ready, or go back to the first action."""
+        if self._taken:
+            self._player, self._left = None, iter(self._taken)
+        if self._player is not None:
+            self._player.start(simulator, rng)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Ask the player.
-
-        :param simulator: the games
-        :return: its actions [G, N]
-        """
-        self.actions.append(self._player.act(simulator).copy())
-        return self.actions[-1]
-
-
-class ReplayPlayer:
-    """Repeats recorded actions.
-
-    :param recording: who recorded them
-    """
-
-    def __init__(self, recording: RecordingPlayer) -> None:
-        self.name = recording.name
-        self._recording = recording
-        self._actions: Iterator[NDArray[np.int64]] = iter(())
-
-    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Start over.
-
-        :param simulator: the games
-        :param rng: not used
-        """
-        self._actions = iter(self._recording.actions)
-
-    def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Take the next recorded actions.
-
-        :param simulator: the games
-        :return: the actions [G, N]
-        """
-        return next(self._actions)
+        """Ask the player, or repeat its next actions [G, N]."""
+        if self._player is None:
+            return next(self._left)
+        self._taken.append(self._player.act(simulator).copy())
+        return self._taken[-1]
 
 
 def other_rows(
@@ -186,14 +145,14 @@ def other_rows(
     :param tried: candidates for constants of the reward
     :param episodes: number of joint episodes
     :param seed: picks the missions
-    :return: one row a candidate: its J and R-hat, the paper's and the differences
+    :return: one row per candidate: its J and R-hat, the paper's and the differences
     """
-    recording = RecordingPlayer(player)
-    evaluate(recording, PAPER, episodes, seed)
+    repeater = Repeater(player)
+    evaluate(repeater, PAPER, episodes, seed)
     printed = TABLE_II[name]
     rows: list[dict[str, object]] = []
     for candidate in tried:
-        flown = evaluate(ReplayPlayer(recording), candidate.scenario, episodes, seed)
+        flown = evaluate(repeater, candidate.scenario, episodes, seed)
         reward, rate_mbps = float(flown["reward"].mean()), float(flown["rate_mbps"].mean())
         values = (
             *(candidate.constant, candidate.label, candidate.is_preset, name),

@@ -8,19 +8,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.evaluation import evaluation_games
 from lawn_sb3.game.payoff import welfare
-from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections.stability import HEADING, is_equilibrium
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.attainable import attainable
-from lawn_sb3.results.results import Results, score_matrix
+from lawn_sb3.results.results import EQUILIBRIA, Results, score_matrix
 
 Floats = NDArray[np.float64]
-
-EQUILIBRIA = ("equilibrium", "worst-equilibrium")
-"""Players that look for equilibria."""
 
 
 def section(results: Results) -> Section:
@@ -57,11 +52,11 @@ def certified_welfares(results: Results) -> Certified | None:
     """Gather the welfare of the equilibria, and what it is held against.
 
     :param results: what the runs left
-    :return: welfares by mission; none without results of the bound, or without any certified equilibrium
+    :return: welfares by mission; none without results of the bound, what is guaranteed, or any certified equilibrium
     """
-    limits = attainable(results)
+    limits, guaranteed = attainable(results), results.checks.get("guaranteed")
     keys = [key for key, method in results.methods_in(results.regrets).items() if method.player in EQUILIBRIA]
-    if limits is None or not keys:
+    if limits is None or not keys or not isinstance(guaranteed, pd.DataFrame):
         return None
     holds = np.concatenate([is_equilibrium(results, key) for key in keys])  # [R, E]
     found = np.concatenate([welfare(score_matrix(results.regrets, key, "utility_mbps", per="uav")) for key in keys])
@@ -69,19 +64,9 @@ def certified_welfares(results: Results) -> Certified | None:
     if not known.any():
         return None
     best, worst = np.where(holds, found, -np.inf).max(axis=0), np.where(holds, found, np.inf).min(axis=0)
-    parts = (limits.bound_mbps, limits.best_known_mbps, best, worst, guaranteed_welfares_mbps(results))
+    least = guaranteed.groupby("episode")["guaranteed_mbps"].sum().to_numpy()
+    parts = (limits.bound_mbps, limits.best_known_mbps, best, worst, least)
     return Certified(Welfares(*(part[known] for part in parts)), known.size, holds.size, int(holds.sum()))
-
-
-def guaranteed_welfares_mbps(results: Results) -> Floats:
-    """What no equilibrium is below: every UAV has the best that it can have if all others share its cell all the time.
-
-    :param results: what the runs left
-    :return: welfare of each test episode in Mbps [E]
-    """
-    game, chosen = results.recipe.game(), results.recipe.evaluation
-    simulator = evaluation_games(game, chosen.episodes, chosen.seed)
-    return np.asarray(welfare(guaranteed_utilities_mbps(simulator.rules, simulator.state, game.max_slots)))
 
 
 def anarchy(results: Results) -> Table | None:

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lawn_sb3.envs.observation import broadcast_bits
-from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, rung_of
+from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, line_of, markers, use_house_style
@@ -18,8 +18,6 @@ from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import mean_interval, paired_difference
 
 HEADING = "What a UAV must know"
-FEWEST_RUNGS = 3
-"""A recipe whose learners stand on fewer rungs has no ladder."""
 UTILITY = QUANTITIES["utility_mbps"]
 KNOWN: dict[Rung, str] = {
     "nothing": "nothing of\nthe others",
@@ -39,19 +37,10 @@ LIMITS = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
 
 def section(results: Results) -> Section | None:
     """Figure and table of a recipe that has a ladder."""
-    if not has_ladder(results):
+    if not has_ladder(results.methods):
         return None
     figure = Picture(_figure(results), _caption(results))
     return Section(HEADING, {"ladder": figure, "ladder_table": _table(results)})
-
-
-def has_ladder(results: Results) -> bool:
-    """Whether the learners of a recipe stand on enough rungs to compare them.
-
-    :param results: what the runs left
-    :return: true if they do
-    """
-    return len({rung_of(method) for method in results.methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
 def _table(results: Results) -> Table:

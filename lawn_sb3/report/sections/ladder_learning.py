@@ -7,8 +7,9 @@ import seaborn as sns
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.sections.ladder import HEADING, LIMITS, UTILITY, has_ladder, label_of, limit_line
+from lawn_sb3.report.sections.ladder import HEADING, LIMITS, UTILITY, label_of, limit_line
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
 from lawn_sb3.results.results import Results
 
@@ -28,7 +29,7 @@ CAPTION = (
 
 def section(results: Results) -> Section | None:
     """Curves of a recipe that has a ladder."""
-    if not has_ladder(results) or not _recorded(results):
+    if not has_ladder(results.methods) or not _recorded(results):
         return None
     return Section(HEADING, {"ladder_learning": Picture(_figure(results), CAPTION)})
 

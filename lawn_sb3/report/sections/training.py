@@ -7,13 +7,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.sections.ladder import has_ladder
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
-from lawn_sb3.results.curves import WINDOW, smoothed
+from lawn_sb3.results.learning import WINDOW, smoothed
 from lawn_sb3.results.results import Results
 
 HEADING = "Fig. 2: training"
@@ -46,7 +46,7 @@ def shows(results: Results) -> bool:
     :param results: what the runs left
     :return: false without such curves
     """
-    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results)
+    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results.methods)
 
 
 def _figure(results: Results) -> Figure:
@@ -73,7 +73,8 @@ def _figure(results: Results) -> Figure:
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
         for key, method in _drawn(results).items()
     ]
-    handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
+    if any(method.paper_row for method in results.methods.values()):
+        handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
 

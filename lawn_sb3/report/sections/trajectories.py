@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture, Section
@@ -68,13 +67,10 @@ class Episode(NamedTuple):
 def longest_episode(results: Results) -> Episode:
     """Choose the traced test episode with the most to fly.
 
-    :param results: what the runs left
+    :param results: what the runs left, with paths of at least one run
     :return: of the first seed that most methods (all, as a rule) have paths of, the episode with the largest sum of
         T_min over its UAVs
-    :raises UserError: if no run has paths
     """
-    if not len(results.paths):
-        raise UserError("no run has paths: trajectories need paths.csv with traced_episodes of at least 1")
     methods_of = results.paths.groupby("seed")["method"].nunique()
     seed = int(methods_of.index[int(methods_of.argmax())])
     paths = results.paths[results.paths["seed"] == seed]
@@ -116,32 +112,18 @@ def cell_borders(scenario: Scenario) -> Floats:
 
 
 def uav_look(uav: int) -> tuple[str, Literal["-", "--", ":"]]:
-    """How the path of a UAV is drawn.
-
-    :param uav: its index
-    :return: colour and line style
-    """
+    """Colour and line of a UAV's path."""
     return UAV_COLOURS[uav % len(UAV_COLOURS)], UAV_LINES[uav // len(UAV_COLOURS) % len(UAV_LINES)]
 
 
 def dot_sizes(scenario: Scenario, altitude_m: Floats) -> Floats:
-    """Areas of the dots that mark slots: the higher, the larger.
-
-    :param scenario: the game
-    :param altitude_m: altitudes in metres
-    :return: areas in square points
-    """
+    """Areas of the dots that mark slots, in square points: the higher, the larger."""
     span = scenario.max_altitude_m - scenario.min_altitude_m
     return np.asarray(5.0 + 25.0 * (altitude_m - scenario.min_altitude_m) / span)
 
 
 def heading(results: Results, flight: Flight) -> str:
-    """What stands above a panel: the method, its makespan and mean utility, and how much of it is drawn.
-
-    :param results: what the runs left
-    :param flight: what the panel shows
-    :return: two lines
-    """
+    """What stands above a panel: the method, its makespan and mean utility, and how much of it is drawn."""
     slots = int(flight.rows["makespan_slots"].iloc[0])
     text = f"{slots} slots, U {flight.rows['utility_mbps'].mean():.1f} Mbps"
     if slots > FIRST_SLOTS:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS, Judged
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections.effects import SEARCHED
-from lawn_sb3.report.sections.ladder import has_ladder
 from lawn_sb3.report.table import Table, table_of
 from lawn_sb3.results.results import Results
 
@@ -32,9 +32,9 @@ ON_PARTS = (
 
 def section(results: Results) -> Section | None:
     """All claims; in a report of ablations or of a ladder those that need one."""
-    needed = "ablation" if results.recipe.is_ablation else "ladder" if has_ladder(results) else None
+    needed = "ablation" if results.recipe.is_ablation else "ladder" if has_ladder(results.methods) else None
     claims = [claim for claim in load_claims() if needed is None or claim.needs == needed]
-    judged = judge_all(claims, Evidence(results, results.cells))
+    judged = judge_all(claims, Evidence(results))
     if needed == "ablation":
         testable = any(finding.verdict != "not testable" for _, finding in judged)
         return Section(HEADING, {"claims": claims_table(judged, ON_PARTS)}) if testable else None

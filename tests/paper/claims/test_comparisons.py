@@ -5,14 +5,16 @@ from __future__ import annotations
 import pytest
 
 from lawn_sb3.paper.claims import Finding
-from lawn_sb3.paper.claims.claim import CannotTellError
-from lawn_sb3.paper.claims.comparisons import better_than, comparable, join
-from tests.paper.claims.by_hand import evidence, flown, method, recipe_of
+from lawn_sb3.paper.claims.comparisons import better_than, loads_suffice, rate_comparable
+from lawn_sb3.paper.claims.evidence import CannotTellError
+from lawn_sb3.paper.claims.rule_parts import join
+from lawn_sb3.paper.roles import FORMS
+from tests.handmade import evidence, flown_by_seed, method_of, recipe_of_parts
 
 
 def lead(own: list[list[float]], other: list[list[float]]) -> Finding:
     """Whether V(x) earns more than QMIX."""
-    found = evidence(flown("mappo", utility_mbps=own), flown("qmix", utility_mbps=other))
+    found = evidence(flown_by_seed("mappo", utility_mbps=own), flown_by_seed("qmix", utility_mbps=other))
     return better_than(found, "utility_mbps", ["mappo"], ["qmix"])
 
 
@@ -45,9 +47,9 @@ def test_rounding_is_no_lead() -> None:
 
 def test_one_of_two_forms_ahead_is_partly() -> None:
     found = evidence(
-        flown("mappo", utility_mbps=[[1.0], [1.0]]),
-        flown("mappo-o", utility_mbps=[[9.0], [9.0]]),
-        flown("qmix", utility_mbps=[[4.0], [4.0]]),
+        flown_by_seed("mappo", utility_mbps=[[1.0], [1.0]]),
+        flown_by_seed("mappo-o", utility_mbps=[[9.0], [9.0]]),
+        flown_by_seed("qmix", utility_mbps=[[4.0], [4.0]]),
     )
     finding = better_than(found, "utility_mbps", ["mappo", "mappo-o"], ["qmix"])
     assert finding.verdict == "partly"
@@ -56,9 +58,9 @@ def test_one_of_two_forms_ahead_is_partly() -> None:
 
 def test_a_form_has_to_beat_every_rival() -> None:
     found = evidence(
-        flown("mappo", utility_mbps=[[5.0], [5.0]]),
-        flown("qmix", utility_mbps=[[4.0], [4.0]]),
-        flown("iql", utility_mbps=[[6.0], [6.0]]),
+        flown_by_seed("mappo", utility_mbps=[[5.0], [5.0]]),
+        flown_by_seed("qmix", utility_mbps=[[4.0], [4.0]]),
+        flown_by_seed("iql", utility_mbps=[[6.0], [6.0]]),
     )
     finding = better_than(found, "utility_mbps", ["mappo"], ["qmix", "iql"])
     assert finding.verdict == "not reproduced"
@@ -67,7 +69,9 @@ def test_a_form_has_to_beat_every_rival() -> None:
 
 
 def test_of_times_less_is_better() -> None:
-    found = evidence(flown("mappo", makespan_slots=[[5], [5]]), flown("qmix", makespan_slots=[[40], [40]]))
+    found = evidence(
+        flown_by_seed("mappo", makespan_slots=[[5], [5]]), flown_by_seed("qmix", makespan_slots=[[40], [40]])
+    )
     assert better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True).verdict == "reproduced"
     assert better_than(found, "makespan_slots", ["qmix"], ["mappo"], lower=True).verdict == "not reproduced"
 
@@ -75,7 +79,9 @@ def test_of_times_less_is_better() -> None:
 @pytest.mark.parametrize(("slots", "verdict"), [(7.4, "reproduced"), (7.42, "partly")])
 def test_a_sizeable_lead_is_at_least_a_tenth_of_the_papers(slots: float, verdict: str) -> None:
     # The paper: 8.7 against 34.6 slots, a lead of 25.9; a tenth is 2.59. Here 10 - 7.4 = 2.6 and 10 - 7.42 = 2.58.
-    found = evidence(flown("mappo", makespan_slots=[[slots]] * 2), flown("qmix", makespan_slots=[[10]] * 2))
+    found = evidence(
+        flown_by_seed("mappo", makespan_slots=[[slots]] * 2), flown_by_seed("qmix", makespan_slots=[[10]] * 2)
+    )
     finding = better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True, sizeable=True)
     assert finding.verdict == verdict
     noted = "the lead is below a tenth of the paper's for MAPPO over QMIX (paper -25.90)" in finding.why
@@ -85,8 +91,8 @@ def test_a_sizeable_lead_is_at_least_a_tenth_of_the_papers(slots: float, verdict
 def test_success_is_in_points() -> None:
     # Three of four UAVs arrive against one of four: 75 % - 25 %.
     found = evidence(
-        flown("mappo", arrived=[[True, True, True, False]] * 2),
-        flown("qmix", arrived=[[True, False, False, False]] * 2),
+        flown_by_seed("mappo", arrived=[[True, True, True, False]] * 2),
+        flown_by_seed("qmix", arrived=[[True, False, False, False]] * 2),
     )
     assert "success 50.00 [50.00, 50.00] points" in better_than(found, "success_percent", ["mappo"], ["qmix"]).figure
 
@@ -110,17 +116,30 @@ def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
 @pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "not reproduced")])
 def test_rates_are_comparable_within_the_papers_own_difference(rate: float, verdict: str) -> None:
     # The paper: 35.68 against 38.80 Mbps, 3.12 apart; QMIX here has 30.
-    found = evidence(flown("mappo", rate_mbps=[[rate]] * 2), flown("qmix", rate_mbps=[[30.0]] * 2))
-    finding = comparable(found, "rate_mbps", ["mappo"], "qmix")
+    rates = {**dict.fromkeys(FORMS, rate), "qmix": 30.0}
+    finding = rate_comparable(evidence(*(flown_by_seed(role, rate_mbps=[[own]] * 2) for role, own in rates.items())))
     assert finding.verdict == verdict
     assert "a difference of 3.12 Mbps comparable" in finding.why
 
 
 def test_comparable_needs_rows_of_the_paper() -> None:
-    own = {"mappo": method("mappo", paper_row=None), "qmix": method("qmix")}
-    found = evidence(*(flown(key, rate_mbps=[[30.0]] * 2) for key in own), recipe=recipe_of(own))
+    own = {"mappo": method_of("mappo", paper_row=None), "qmix": method_of("qmix")}
+    found = evidence(*(flown_by_seed(key, rate_mbps=[[30.0]] * 2) for key in own), recipe=recipe_of_parts(own))
     with pytest.raises(CannotTellError, match="row in the paper's Table II"):
-        comparable(found, "rate_mbps", ["mappo"], "qmix")
+        rate_comparable(found)
+
+
+@pytest.mark.parametrize(
+    ("nothing", "destinations", "verdict"),
+    [(20.0, 30.0, "reproduced"), (20.0, 31.0, "partly"), (30.0, 30.0, "partly"), (30.0, 31.0, "not reproduced")],
+)
+def test_loads_suffice_if_they_are_of_use_and_more_is_not(nothing: float, destinations: float, verdict: str) -> None:
+    # With the loads 30 Mbps in every seed.
+    utilities = {"knows-nothing": nothing, "knows-loads": 30.0, "knows-destinations": destinations}
+    found = evidence(*(flown_by_seed(role, utility_mbps=[[own]] * 2) for role, own in utilities.items()))
+    finding = loads_suffice(found)
+    assert finding.verdict == verdict
+    assert finding.figure.startswith("KNOWS-LOADS: mean U")
 
 
 def test_lists_are_written_as_in_a_sentence() -> None:

@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 
-from lawn_sb3.paper.claims.claim import CannotTellError, Evidence
-from lawn_sb3.paper.claims.distributions import collapses, larger, never_collide, uneven_through_congestion
-from tests.paper.claims.by_hand import evidence, flown
+from lawn_sb3.paper.claims import Finding
+from lawn_sb3.paper.claims.distributions import collapses, collision_free, larger, uneven_by_congestion
+from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
+from lawn_sb3.paper.roles import FORMS
+from tests.handmade import evidence, flown_by_seed
 
 TENS = [float(10 * k) for k in range(11)]
 """0, 10 ... 100: 10th percentile 10, median 50, 90th percentile 90."""
@@ -16,7 +18,7 @@ TENS = [float(10 * k) for k in range(11)]
 
 def test_the_width_is_that_of_the_middle_eighty_percent() -> None:
     narrow = [40.0 + k for k in range(11)]  # 41 to 49
-    found = evidence(flown("mappo", utility_mbps=[TENS] * 2), flown("qmix", utility_mbps=[narrow] * 2))
+    found = evidence(flown_by_seed("mappo", utility_mbps=[TENS] * 2), flown_by_seed("qmix", utility_mbps=[narrow] * 2))
     finding = larger(found, "width", ["mappo"], ["qmix"])
     assert finding.verdict == "reproduced"
     assert "MAPPO: 80.0 [80.0, 80.0] Mbps; QMIX: 8.0 [8.0, 8.0] Mbps" in finding.figure
@@ -29,9 +31,9 @@ def test_the_width_is_that_of_the_middle_eighty_percent() -> None:
 def test_one_of_two_forms_larger_is_partly_and_equal_is_not_larger() -> None:
     more = [value + 1.0 for value in TENS]
     found = evidence(
-        flown("mappo", utility_mbps=[TENS] * 2),
-        flown("mappo-o", utility_mbps=[more] * 2),
-        flown("qmix", utility_mbps=[TENS] * 2),
+        flown_by_seed("mappo", utility_mbps=[TENS] * 2),
+        flown_by_seed("mappo-o", utility_mbps=[more] * 2),
+        flown_by_seed("qmix", utility_mbps=[TENS] * 2),
     )
     finding = larger(found, "median", ["mappo", "mappo-o"], ["qmix"])
     assert finding.verdict == "partly"
@@ -41,8 +43,8 @@ def test_one_of_two_forms_larger_is_partly_and_equal_is_not_larger() -> None:
 def test_unevenness_is_that_within_an_episode() -> None:
     # Two UAVs: 0 and 30 has a Gini coefficient of 1/2, 15 and 15 of 0, whatever the other episodes have.
     found = evidence(
-        flown("mappo", num_uavs=2, utility_mbps=[[0.0, 30.0, 0.0, 30.0]] * 2),
-        flown("qmix", num_uavs=2, utility_mbps=[[15.0, 15.0, 90.0, 90.0]] * 2),
+        flown_by_seed("mappo", num_uavs=2, utility_mbps=[[0.0, 30.0, 0.0, 30.0]] * 2),
+        flown_by_seed("qmix", num_uavs=2, utility_mbps=[[15.0, 15.0, 90.0, 90.0]] * 2),
     )
     finding = larger(found, "gini", ["mappo"], ["qmix"])
     assert finding.verdict == "reproduced"
@@ -50,7 +52,7 @@ def test_unevenness_is_that_within_an_episode() -> None:
 
 
 def test_a_shape_needs_two_seeds() -> None:
-    found = evidence(flown("mappo", utility_mbps=[TENS]), flown("qmix", utility_mbps=[TENS]))
+    found = evidence(flown_by_seed("mappo", utility_mbps=[TENS]), flown_by_seed("qmix", utility_mbps=[TENS]))
     with pytest.raises(CannotTellError, match="two seeds"):
         larger(found, "width", ["mappo"], ["qmix"])
 
@@ -59,9 +61,9 @@ def test_a_collapse_is_nearly_all_utilities_near_zero_in_every_seed() -> None:
     low, some = [0.0] * 9 + [40.0], [0.0] * 8 + [40.0] * 2  # 90 % and 80 % below
     none = [0.0] * 10
     found = evidence(
-        flown("iql", utility_mbps=[low, low]),
-        flown("random", utility_mbps=[none, some]),
-        flown("qmix", utility_mbps=[some]),
+        flown_by_seed("iql", utility_mbps=[low, low]),
+        flown_by_seed("random", utility_mbps=[none, some]),
+        flown_by_seed("qmix", utility_mbps=[some]),
     )
     assert collapses(found, ["iql"], 5, 90).verdict == "reproduced"
     assert collapses(found, ["random"], 5, 90).verdict == "not reproduced"
@@ -73,12 +75,17 @@ def test_a_collapse_is_nearly_all_utilities_near_zero_in_every_seed() -> None:
 
 
 def test_a_single_collision_breaks_the_constraint() -> None:
-    found = evidence(flown("mappo", collisions=[[0, 0], [0, 0]]), flown("mappo-o", collisions=[[0, 0], [0, 3]]))
-    assert never_collide(found, ["mappo"]).verdict == "reproduced"
-    finding = never_collide(found, ["mappo", "mappo-o"])
-    assert finding.verdict == "partly"
-    assert "MAPPO-O: 25.0 [0.0, 50.0] % of the UAVs collide" in finding.figure  # one UAV of two in one of two seeds
-    assert never_collide(found, ["mappo-o"]).verdict == "not reproduced"
+    never, once = [[0, 0], [0, 0]], [[0, 0], [0, 3]]
+
+    def judged(*collisions: list[list[int]]) -> Finding:
+        pairs = zip(FORMS, collisions, strict=True)
+        return collision_free(evidence(*(flown_by_seed(role, collisions=own) for role, own in pairs)))
+
+    assert judged(never, never).verdict == "reproduced"
+    assert judged(once, once).verdict == "not reproduced"
+    assert judged(never, once).verdict == "partly"
+    # One UAV of two in one of two seeds.
+    assert "MAPPO-O: 25.0 [0.0, 50.0] % of the UAVs collide" in judged(never, once).figure
 
 
 ALONE_AND_CROWDED: dict[str, Any] = {
@@ -91,14 +98,16 @@ ALONE_AND_CROWDED: dict[str, Any] = {
 
 
 def unevenness(straight_utility: list[float], **changes: list[Any]) -> Evidence:
-    """Two equal seeds in which the crowded have a fifth of the rate and take twice the time."""
-    own = {name: [values] * 2 for name, values in {**ALONE_AND_CROWDED, **changes}.items()}
-    return evidence(flown("mappo", **own), flown("straight", utility_mbps=[straight_utility] * 2))
+    """Two equal seeds of both forms in which the crowded have a fifth of the rate and take twice the time."""
+    own: dict[str, Any] = {name: [values] * 2 for name, values in {**ALONE_AND_CROWDED, **changes}.items()}
+    return evidence(
+        *(flown_by_seed(role, **own) for role in FORMS), flown_by_seed("straight", utility_mbps=[straight_utility] * 2)
+    )
 
 
 def test_a_policy_that_sacrifices_the_crowded_for_all_is_reproduced() -> None:
     # Width 45 against 0, mean 27.5 against 20 Mbps.
-    finding = uneven_through_congestion(unevenness([20.0] * 4), ["mappo"], "straight")
+    finding = uneven_by_congestion(unevenness([20.0] * 4))
     assert finding.verdict == "reproduced"
     assert "rank correlation of R̂ with cell load -1.00" in finding.figure
     assert "least loaded 2.000 [2.000, 2.000]" in finding.figure
@@ -109,21 +118,21 @@ def test_a_policy_that_sacrifices_the_crowded_for_all_is_reproduced() -> None:
 @pytest.mark.parametrize(
     ("straight", "changes", "missing"),
     [
-        ([40.0] * 4, {}, "a gain for all (MAPPO)"),
-        ([60.0, 0.0, 0.0, 0.0], {"utility_mbps": [30.0] * 4}, "more unevenness (MAPPO)"),
-        ([20.0] * 4, {"slots": [5, 5, 5, 5]}, "longer flights (MAPPO)"),
-        ([20.0] * 4, {"rate_mbps": [30.0] * 4}, "lower rates (MAPPO)"),  # no correlation with what never varies
+        ([40.0] * 4, {}, "a gain for all"),
+        ([60.0, 0.0, 0.0, 0.0], {"utility_mbps": [30.0] * 4}, "more unevenness"),
+        ([20.0] * 4, {"slots": [5, 5, 5, 5]}, "longer flights"),
+        ([20.0] * 4, {"rate_mbps": [30.0] * 4}, "lower rates"),  # no correlation with what never varies
     ],
 )
 def test_what_is_not_shown_is_named(straight: list[float], changes: dict[str, list[Any]], missing: str) -> None:
-    finding = uneven_through_congestion(unevenness(straight, **changes), ["mappo"], "straight")
+    finding = uneven_by_congestion(unevenness(straight, **changes))
     assert finding.verdict == "partly"
-    assert finding.why.endswith(f"not shown: {missing}.")
+    assert finding.why.endswith(f"not shown: {missing} (MAPPO), {missing} (MAPPO-O).")
 
 
 def test_nothing_of_it_shown_is_not_reproduced() -> None:
     found = unevenness([60.0, 60.0, 0.0, 0.0], rate_mbps=[30.0] * 4, slots=[5] * 4, utility_mbps=[30.0] * 4)
-    assert uneven_through_congestion(found, ["mappo"], "straight").verdict == "not reproduced"
+    assert uneven_by_congestion(found).verdict == "not reproduced"
 
 
 @pytest.mark.parametrize(
@@ -142,11 +151,11 @@ def test_nothing_of_it_shown_is_not_reproduced() -> None:
 )
 def test_without_missions_in_different_cells_congestion_cannot_be_told(changes: dict[str, Any], reason: str) -> None:
     with pytest.raises(CannotTellError, match=reason):
-        uneven_through_congestion(unevenness([20.0] * 4, **changes), ["mappo"], "straight")
+        uneven_by_congestion(unevenness([20.0] * 4, **changes))
 
 
 def test_failed_missions_do_not_count_as_long_flights() -> None:
     # The only mission that took longer failed.
-    changes = {"slots": [5, 5, 5, 100], "arrived": [True, True, True, False]}
-    finding = uneven_through_congestion(unevenness([20.0] * 4, **changes), ["mappo"], "straight")
+    changes: dict[str, Any] = {"slots": [5, 5, 5, 100], "arrived": [True, True, True, False]}
+    finding = uneven_by_congestion(unevenness([20.0] * 4, **changes))
     assert "longer flights (MAPPO)" in finding.why

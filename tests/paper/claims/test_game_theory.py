@@ -2,76 +2,74 @@
 
 from __future__ import annotations
 
+import pandas as pd
 import pytest
 
-from lawn_sb3.paper.claims.claim import CannotTellError, Finding
-from lawn_sb3.paper.claims.game_theory import costs_fairness, has_potential, maximises_welfare
-from tests.paper.claims.by_hand import evidence, flown, recipe_of
+from lawn_sb3.paper.claims import Evidence, Finding
+from lawn_sb3.paper.claims.evidence import CannotTellError
+from lawn_sb3.paper.claims.game_theory import congestion_game, welfare_maximising, welfare_unfair
+from tests.handmade import evidence, flown_by_seed, recipe_of_parts
+
+
+def judged(**utilities_mbps: list[list[float]]) -> Finding:
+    """Both forms and the planner, seed by seed."""
+    found = {name.replace("_", "-"): values for name, values in utilities_mbps.items()}
+    return welfare_maximising(evidence(*(flown_by_seed(role, utility_mbps=own) for role, own in found.items())))
 
 
 def test_a_policy_that_earns_less_than_the_planner_does_not_maximise() -> None:
-    found = evidence(
-        flown("mappo", utility_mbps=[[36.0, 38.0], [36.0, 38.0]]),
-        flown("mappo-o", utility_mbps=[[45.0, 47.0], [47.0, 49.0]]),
-        flown("welfare", utility_mbps=[[46.0, 47.0], [46.0, 47.0]]),
-    )
-    below = maximises_welfare(found, ["mappo"], "welfare")
+    less, level, welfare = [[36.0, 38.0]] * 2, [[45.0, 47.0], [47.0, 49.0]], [[46.0, 47.0]] * 2
+    below = judged(mappo=less, mappo_o=less, welfare=welfare)
     assert below.verdict == "not reproduced"
     # 37 against 46.5 in both seeds: no spread, so the interval is the difference.
-    assert below.figure == "WELFARE: mean U 46.50 Mbps; MAPPO: -9.50 [-9.50, -9.50] Mbps against it"
-    assert below.why.endswith("; MAPPO does.")
-    level = maximises_welfare(found, ["mappo-o"], "welfare")
+    assert below.figure.startswith("WELFARE: mean U 46.50 Mbps; MAPPO: -9.50 [-9.50, -9.50] Mbps against it; ")
+    assert below.why.endswith("; MAPPO and MAPPO-O do.")
     # 46 and 48 against 46.5: 0.5 with a standard error of 1, so 12.7 to both sides.
-    assert level.verdict == "reproduced"
-    assert "0.50 [-12.21, 13.21]" in level.figure
-    assert maximises_welfare(found, ["mappo", "mappo-o"], "welfare").verdict == "partly"
+    reached = judged(mappo=level, mappo_o=level, welfare=welfare)
+    assert reached.verdict == "reproduced"
+    assert "0.50 [-12.21, 13.21]" in reached.figure
+    mixed = judged(mappo=less, mappo_o=level, welfare=welfare)
+    assert mixed.verdict == "partly"
+    assert mixed.why.endswith("; MAPPO does.")
 
 
 def test_without_the_planner_nobody_can_tell() -> None:
     with pytest.raises(CannotTellError, match="player welfare"):
-        maximises_welfare(evidence(flown("mappo", utility_mbps=[[1.0], [1.0]])), ["mappo"], "welfare")
+        judged(mappo=[[1.0], [1.0]])
 
 
 def test_fairness_is_judged_on_average_and_episode_by_episode() -> None:
     # Two UAVs with x and y have the Gini coefficient |x - y| / 2(x + y): 0.25 for 10 and 30, 0 for 20 and 20.
     even, uneven = [20.0, 20.0], [10.0, 30.0]
-    recipe = recipe_of(episodes=2)
+    recipe = recipe_of_parts(episodes=2)
 
-    def judged(welfare: list[float], equilibrium: list[float]) -> Finding:
+    def evenness(welfare: list[float], equilibrium: list[float]) -> Finding:
         flights = {"welfare": welfare, "equilibrium": equilibrium}
-        return costs_fairness(
-            evidence(*(flown(role, 2, utility_mbps=[own] * 2) for role, own in flights.items()), recipe=recipe),
-            "welfare",
-            "equilibrium",
+        return welfare_unfair(
+            evidence(*(flown_by_seed(role, 2, utility_mbps=[own] * 2) for role, own in flights.items()), recipe=recipe)
         )
 
-    assert judged(uneven + uneven, even + even).verdict == "reproduced"
-    assert judged(even + even, uneven + even).verdict == "not reproduced"
-    sometimes = judged(uneven + even, [8.0, 32.0, *even])  # 0.125 against 0.15 on average
+    assert evenness(uneven + uneven, even + even).verdict == "reproduced"
+    assert evenness(even + even, uneven + even).verdict == "not reproduced"
+    sometimes = evenness(uneven + even, [8.0, 32.0, *even])  # 0.125 against 0.15 on average
     assert sometimes.verdict == "not reproduced"
-    mixed = judged(uneven + even, [*even, 5.0, 35.0])  # 0.25 and 0 against 0 and 0.375
+    mixed = evenness(uneven + even, [*even, 5.0, 35.0])  # 0.25 and 0 against 0 and 0.375
     assert mixed.verdict == "partly"
     assert "difference -0.062 [-0.062, -0.062]; in 50 % of the episodes WELFARE is the less even one" in mixed.figure
 
 
-def test_one_slot_has_a_potential_in_log_rates_but_not_in_rates() -> None:
-    found = has_potential(evidence(recipe=recipe_of(episodes=20)), 20)
-    assert found.verdict == "partly"
-    assert ", in 0 for log-rates" in found.figure
-    assert "in 0 for rates" not in found.figure
+def cycles(*gains: tuple[float, float]) -> Evidence:
+    """Cycles of deviations with these gains, of rates and of log-rates."""
+    rows = pd.DataFrame(gains, columns=["rate_gain_mbps", "log_rate_gain"])
+    return evidence(deviation_cycles=rows)
 
 
-def test_a_single_cell_leaves_nobody_a_choice() -> None:
-    one = recipe_of(changes=["gbs_grid=[1, 1]"], episodes=5)
-    with pytest.raises(CannotTellError, match="change their cells"):
-        has_potential(evidence(recipe=one), 5)
-
-
-def test_with_equal_links_the_rates_have_a_potential_too() -> None:
-    # Two sites among 2 x 2 voxels, each voxel as near to its site as any other: rates depend on the loads alone, which
-    # is a congestion game as Rosenthal has them.
-    alike = recipe_of(
-        changes=["num_uavs=2", "width_voxels=2", "length_voxels=2", "max_altitude_m=10", "gbs_grid=[2, 1]"], episodes=5
+def test_a_potential_needs_all_gains_around_cycles_to_add_up_to_nothing() -> None:
+    assert congestion_game(cycles((0.0, 0.0), (1e-15, 0.0))).verdict == "reproduced"
+    rates = congestion_game(cycles((0.0, 0.0), (-6.5, 1e-15), (2.0, 0.0)))
+    assert rates.verdict == "partly"
+    assert rates.figure == (
+        "gains around 3 closed cycles of four deviations do not add up to 0 in 2 for rates (by up to 6.5 Mbps), in 0 "
+        "for log-rates"
     )
-    found = has_potential(evidence(recipe=alike), 5)
-    assert found.verdict == "reproduced"
+    assert congestion_game(cycles((1.0, 0.1))).verdict == "not reproduced"

@@ -15,9 +15,9 @@ from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.paper.identification import Identification, as_markdown, identify
 from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPER, TIME, candidates, link_budget_db
-from lawn_sb3.paper.identification.errors import standard_error, verdict
 from lawn_sb3.paper.identification.findings import findings
 from lawn_sb3.paper.identification.random_row import TESTED, episode_figures, link_budget_interval, z_scores
+from lawn_sb3.paper.standard_error import standard_error, verdict
 from tests.paper.identification.wanderer import Wanderer
 
 
@@ -147,13 +147,13 @@ def test_findings_say_what_agrees_what_does_not_and_what_moves_the_same_figure(r
         {"one": [("a", 0.5), ("b", 4.0)], "two": [("c", 0.5), ("d", -1.5)], "three": [("e", 0.0), ("f", 0.1)]}
     )
     alone = "with all others as in the preset, "
-    said = findings(tried, result.others, result.bounds, result.linear, (None, 112.0))
-    assert said["one"].startswith(
+    told = findings(tried, result.linear, result.bounds, result.others, (None, 112.0))
+    assert told["one"].startswith(
         "with all others as in the preset, only a (preset) agrees; ruled out: b by R̂ (z = +4.0)."
     )
-    assert "R̂ of Random alone, as two do" in said["one"]
-    assert said["two"].startswith(f"{alone}c (preset), d agree: not told apart.")
-    assert said["three"].endswith("It moves no figure of Random.")
+    assert "R̂ of Random alone, as two do" in told["one"]
+    assert told["two"].startswith(f"{alone}c (preset), d agree: not told apart.")
+    assert told["three"].endswith("It moves no figure of Random.")
 
 
 def test_the_airspace_is_read_in_metres(result: Identification) -> None:

@@ -26,4 +26,4 @@ class Wanderer:
         ends = state.position[:, :, None] + simulator.rules.actions
         straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)
         aimless = self._rng.integers(0, simulator.num_actions, straight.shape)
-        return np.where(state.slot < self._slots, aimless, straight)
+        return np.asarray(np.where(state.slot < self._slots, aimless, straight))

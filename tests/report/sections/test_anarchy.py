@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.planning import BoundPlayer
-from lawn_sb3.report.sections import anarchy as module
-from lawn_sb3.report.sections.anarchy import anarchy, certified_welfares, guaranteed_welfares_mbps
+from lawn_sb3.paper.checks import read_checks
+from lawn_sb3.report.sections.anarchy import anarchy, certified_welfares
 from lawn_sb3.results.results import Results, read_results
-from tests.handmade import flown, player, recipe_of, recipe_with, responded, results_of
+from tests.handmade import flown, player, recipe_with, responded, results_of
 
 METHODS = ("welfare", "equilibrium", "worst-equilibrium", "bound")
 RECIPE = recipe_with({key: player(key) for key in METHODS}, seeds=[0], evaluation={"episodes": 2}, regret=True)
 
 
+def guaranteed(mbps: float) -> dict[str, pd.DataFrame | str]:
+    """What every UAV is guaranteed."""
+    return {"guaranteed": pd.DataFrame({"episode": [0, 0, 1, 1], "uav": [0, 1, 0, 1], "guaranteed_mbps": mbps})}
+
+
 @pytest.fixture
-def results(monkeypatch: pytest.MonkeyPatch) -> Results:
+def results() -> Results:
     """Two missions of two UAVs: welfare of the bound 100 and 60, of the ascent 90 and 50, of equilibria 80 and 50, and
-    60 and 40, of which the last is none."""
-    monkeypatch.setattr(module, "guaranteed_welfares_mbps", lambda results: np.array([20.0, 20.0]))
+    60 and 40, of which the last is none; 20 are guaranteed."""
     best = flown("equilibrium", 0, 2, utility_mbps=[40.0, 40.0, 25.0, 25.0])
     worst = flown("worst-equilibrium", 0, 2, utility_mbps=[30.0, 30.0, 20.0, 20.0])
     ascent = flown("welfare", 0, 2, utility_mbps=[45.0, 45.0, 30.0, 20.0])
@@ -35,7 +38,8 @@ def results(monkeypatch: pytest.MonkeyPatch) -> Results:
         responded("worst-equilibrium", 0, worst, [30.0, 30.0, 20.0, 21.0]),
     ]
     bound = flown("bound", 0, 2, utility_mbps=[50.0, 50.0, 30.0, 30.0])
-    return results_of(RECIPE, best, worst, ascent, bound, regrets=pd.concat(regrets, ignore_index=True))
+    responses = pd.concat(regrets, ignore_index=True)
+    return results_of(RECIPE, best, worst, ascent, bound, regrets=responses, checks=guaranteed(10.0))
 
 
 def test_brackets_by_hand(results: Results) -> None:
@@ -58,8 +62,8 @@ def test_brackets_by_hand(results: Results) -> None:
     assert "0 of 2 missions have none" in table.caption
 
 
-def test_with_nothing_guaranteed_there_is_no_upper_side(results: Results, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "guaranteed_welfares_mbps", lambda results: np.zeros(2))
+def test_with_nothing_guaranteed_there_is_no_upper_side(results: Results) -> None:
+    results.checks = guaranteed(0.0)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         table = anarchy(results)
@@ -79,7 +83,8 @@ def test_missions_without_a_certified_equilibrium_are_left_out_and_counted(resul
     assert "1 of 2 missions have none" in table.caption
 
 
-def test_without_a_bound_or_equilibria_there_is_no_bracket(results: Results) -> None:
+def test_without_a_bound_a_guarantee_or_equilibria_there_is_no_bracket(results: Results) -> None:
+    assert anarchy(replace(results, checks={})) is None
     assert anarchy(results.without_bound()) is None
     results.regrets = results.regrets.assign(best_mbps=1_000.0)
     assert anarchy(results) is None
@@ -87,25 +92,10 @@ def test_without_a_bound_or_equilibria_there_is_no_bracket(results: Results) -> 
     assert anarchy(results) is None
 
 
-WAITING = (
-    "width_voxels=11", "length_voxels=1", "max_altitude_m=10", "max_voxel_steps=1", "ema_beta=0.05",
-    "gbs_positions_m=[[100, 5, 0]]", "path_loss_exponent=10", "tx_power_dbm=-60",
-)  # fmt: skip
-"""A corridor that is served at its end alone, where it pays to wait."""
-
-
-@pytest.mark.parametrize("game", [(), WAITING])
-def test_a_guarantee_is_the_share_of_the_rbs_that_is_left_of_the_best_flight_alone(game: tuple[str, ...]) -> None:
-    # 12 RBs among 3 UAVs leave each 4, a third: every rate is a third of that alone, and so is every utility.
-    recipe = recipe_of(3, ("a",), episodes=5).model_copy(update={"set": ("num_uavs=3", "rbs_per_gbs=12", *game)})
-    alone = evaluate(BoundPlayer(), recipe.game(), 5, recipe.evaluation.seed)
-    assert ((alone["slots"] > alone["min_slots"] + 5).any()) == bool(game)
-    expected = alone.groupby("episode")["utility_mbps"].sum() / 3
-    assert guaranteed_welfares_mbps(Results(recipe)) == pytest.approx(expected.to_numpy())
-
-
 def test_real_equilibria_lie_inside_their_limits(planned: Recipe, planned_cells: list[Cell]) -> None:
-    found = certified_welfares(read_results(planned, planned_cells))
+    results = read_results(planned, planned_cells)
+    results.checks = read_checks(planned, planned_cells, results.problems)
+    found = certified_welfares(results)
     assert found is not None
     bound, best, best_found, worst_found, guaranteed = found.welfares
     assert (found.missions, found.searches, found.certified) == (6, 12, 12)

