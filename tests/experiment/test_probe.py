@@ -110,6 +110,24 @@ class ActsOnX(Additive):
         return (10 * x[:, 0]).long().abs() % 63
 
 
+class RolloutsReadX(Good):
+    def forward(self, obs: Any, deterministic: bool = False) -> tuple[th.Tensor, th.Tensor, th.Tensor]:
+        actions, values, log_prob = super().forward(obs, deterministic)
+        return actions, values, log_prob + obs[:, self.layout.state].sum(dim=1)
+
+
+class UpdatesReadX(Good):
+    def evaluate_actions(self, obs: Any, actions: th.Tensor) -> tuple[th.Tensor, th.Tensor, th.Tensor | None]:
+        values, log_prob, entropy = super().evaluate_actions(obs, actions)
+        return values, log_prob + obs[:, self.layout.state].sum(dim=1), entropy
+
+
+class SampledPlayReadsX(Good):
+    def _predict(self, observation: Any, deterministic: bool = False) -> th.Tensor:
+        peeped = (10 * observation[:, self.layout.state][:, 0]).long().abs() % 63
+        return super()._predict(observation, deterministic) if deterministic else peeped
+
+
 @pytest.mark.parametrize(
     ("policy", "changed"),
     [
@@ -118,12 +136,26 @@ class ActsOnX(Additive):
         (RecurrentReadsX, "32 of 32 logits"),
         (QReadsX, "32 of 32 action values"),
         (ActsOnX, " greedy actions"),
+        (SampledPlayReadsX, " sampled actions"),
+        (RolloutsReadX, "32 of 32 log-probabilities in rollouts"),
+        (UpdatesReadX, "32 of 32 log-probabilities in updates"),
     ],
 )
 def test_an_actor_that_reads_x_is_refused(policy: type[BasePolicy], changed: str) -> None:
     message = refusal(policy)
     assert message.startswith("): its actor reads the global state x: ")
-    assert f"{changed} change when x becomes noise; allowed are o_i and what its policy sees" in message
+    becomes = "another game's" if "log-prob" in changed else "noise"
+    assert f"{changed} change when x becomes {becomes}; allowed are o_i and what its policy sees" in message
+
+
+class WritesIntoIt(Good):
+    def actor_input(self, local: th.Tensor) -> th.Tensor:
+        local[:, self.layout.cell_loads] = 0.0
+        return local
+
+
+def test_a_policy_that_writes_into_what_it_is_handed_is_refused() -> None:
+    assert "it writes into what it is handed, which the others read too" in refusal(WritesIntoIt)
 
 
 def test_a_learner_of_iql_that_reads_x_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
