@@ -10,7 +10,7 @@ base class                                          what a policy overrides     
 ``lawn_sb3.algos.mappo.RecurrentCTDEPolicy``        the same; an LSTM follows ``actor_input``   MAPPO on RecurrentPPO
 ``lawn_sb3.algos.mappo.FramedPolicy``               ``sees``, ``looks_at_loads``                MAPPO on whole games
 ``lawn_sb3.algos.qmix.QMIXPolicy``                  ``make_mixer``                              QMIX
-SB3's ``DQNPolicy``, sb3-contrib's ``QRDQNPolicy``  the constructor: widths, quantiles          IQL, one a UAV
+SB3's ``DQNPolicy``, sb3-contrib's ``QRDQNPolicy``  the constructor: widths, quantiles          IQL, one per UAV
 ==================================================  ==========================================  =====================
 
 ``FramedPolicy`` is a ``MaskableCTDEPolicy`` for ``algo: mappo-episodes`` and ``algo: imitate``; these take any other
@@ -37,7 +37,7 @@ UAVs have to broadcast for it is in every Table II.
 **Gives.** Logits [B, A] and values [B, 1] (MAPPO), action values [B, A] (QMIX, DQN) or quantiles [B, n, A] (QRDQN); a
 mixer gives [B]. All are finite, but for an action that the actor rules out, whose logit may be minus infinity; a slot's
 answer depends on its own row alone. A few real observations try this out before training and once more after it, and
-also whether anything that the actor answers changes by a single bit when x becomes noise, as it may only in a policy
+also whether anything that the actor answers changes by a single bit when x does, as it may only in a policy
 that sees ``state``. A policy that fails is refused in one line.
 
 **Named** by its file, by ``package.module:Class``, or by the name under which another package registers it in the

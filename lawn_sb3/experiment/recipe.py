@@ -10,8 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.envs.training_env import Credit
 from lawn_sb3.errors import unknown_name
-from lawn_sb3.experiment.checks import check_method, check_policy_fits, check_recipe
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, trait
+from lawn_sb3.experiment.validation import check_method, check_policy_fits, check_recipe
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario, load_scenario
@@ -132,6 +132,8 @@ class Recipe(BaseModel):
         for key in (self.name, *self.variants, *self.methods):
             if not key.replace("-", "").replace("_", "").isalnum():
                 raise ValueError(f"{key!r}: letters, digits, - and _ only, as it names a folder")
+            if key in ("checks", "report"):
+                raise ValueError(f"{key!r}: another name, as that folder is for the recipe's own {key}")
         for key, method in self.methods.items():
             if method.baseline is not None and (method.baseline not in self.methods or method.baseline == key):
                 others = [name for name in self.methods if name != key]

@@ -45,7 +45,7 @@ def distributions(
     """Draw the empirical distribution of a column, a curve a method.
 
     :param results: what the runs left
-    :param rows: one of its tables, or one like it, with one row a UAV and episode
+    :param rows: one of its tables, or one like it, with one row per UAV and episode
     :param column: a column of 0 or more
     :param xlabel: what it is
     :param ylabel: what the share of the UAVs is called

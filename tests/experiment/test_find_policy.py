@@ -210,7 +210,8 @@ def test_modules_of_the_users_own_that_a_policy_imports_count_and_so_do_those_th
     (folder / "beside_nets.py").write_text("WIDTH = 64\n")
     (folder / "unused_nets.py").write_text("WIDTH = 64\n")
     before = digest("uses_own")
-    for path in ("policies/uses_own.py", "nets_of_mine/deep.py", "nets_of_mine/shallow.py", "beside_nets.py"):
+    package = ("nets_of_mine/__init__.py", "nets_of_mine/deep.py", "nets_of_mine/shallow.py")
+    for path in ("policies/uses_own.py", *package, "beside_nets.py"):
         source = (folder / path).read_text()
         (folder / path).write_text(f"{source}# edited\n")
         assert digest("uses_own") != before, path

@@ -44,6 +44,15 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
     assert len(rows) == small_cell.evaluation.episodes * small_cell.scenario.num_uavs
 
 
+def test_a_policy_is_probed_again_once_it_is_trained(small_cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
+    probed: list[int] = []
+    monkeypatch.setattr(
+        "lawn_sb3.experiment.train.check_policy", lambda model, name: probed.append(model.num_timesteps)
+    )
+    run_cell(small_cell, lambda env_steps: None)
+    assert probed == [256 * small_cell.scenario.num_uavs]
+
+
 def test_regrets_are_watched_where_they_are_asked_for(small_cell: Cell) -> None:
     run_cell(replace(small_cell, regret=True), ignore)
     watched = pd.read_csv(small_cell.directory / "progress.csv").dropna(subset=["greedy/utility_mbps"])

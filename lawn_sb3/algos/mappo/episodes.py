@@ -59,7 +59,7 @@ class EpisodeBuffer(NormalizedMaskableBuffer):
         self.pos += 1
 
     def finish(self) -> None:
-        """Work out advantages (eq:gae) and returns of whole episodes; what follows an episode is worth 0.
+        """Work out advantages (Eq. (20), eq:gae) and returns of whole episodes; what follows one is worth 0.
 
         A UAV's reward while it waits, as a team's may be, counts for the slot in which it arrived.
         """

@@ -14,8 +14,9 @@ class MAPPO(CentralizedTraining, PPO):
 
     Takes what SB3's ``PPO`` takes, with the same defaults. In the paper's words ``n_steps`` is the rollout length L in
     slots, ``batch_size`` the minibatch in agent steps, ``n_epochs`` the update epochs K per rollout, ``gae_lambda`` the
-    lambda of eq:gae, ``clip_range`` the epsilon of eq:ppo_clip, and ``vf_coef`` the weight of eq:critic_loss.
-    ``clip_range_vf`` is in normalised units. What :class:`CentralizedTraining` adds is given by keyword.
+    lambda of Eq. (19), ``clip_range`` the epsilon of Eq. (21), eq:ppo_clip, and ``vf_coef`` the weight of
+    Eq. (22), eq:critic_loss. ``clip_range_vf`` is in normalised units. What
+    :class:`CentralizedTraining` adds is given by keyword.
     """
 
     default_buffer_class = NormalizedRolloutBuffer

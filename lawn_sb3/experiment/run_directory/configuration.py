@@ -62,7 +62,7 @@ def is_finished(cell: Cell) -> bool:
             return False
         kept = yaml.safe_load((cell.directory / CONFIG_FILE).read_text(encoding="utf-8"))
         return all(_agree(kept[part], cell.configuration()[part]) for part in ("method", "scenario", "evaluation"))
-    except (OSError, ValueError, KeyError, AttributeError, yaml.YAMLError):
+    except (OSError, ValueError, KeyError, AttributeError, TypeError, yaml.YAMLError):  # missing, or damaged
         return False
 
 

@@ -9,7 +9,8 @@ from lawn_sb3.experiment.run_directory.csv_file import Columns, flag, number, wh
 from lawn_sb3.scenario import Scenario
 
 CONFIG_FILE = "config.yaml"
-"""What the run depends on: seed, method, scenario and evaluation with all defaults, and a hash of the policy's file."""
+"""What the run depends on: seed, method, scenario and evaluation with all defaults, and a hash of the policy's
+file and of the user's modules that it imports."""
 PROVENANCE_FILE = "provenance.json"
 """Where it comes from: command, commit, versions, hardware, and the seconds that training and evaluation took."""
 CHECKPOINT_FILE = "checkpoint.pt"

@@ -22,6 +22,8 @@ class Check(ABC):
     """Something to fly or plan for a recipe, for its claims if nothing else is said; it is kept in ``NAME.csv``."""
 
     name: str
+    since: str = "0.2.0"
+    """The last version that changed what it leaves, as ``RESULTS_SINCE`` is for runs."""
     key: Sequence[str] = EPISODE_KEY
     """Columns that no two rows have alike."""
 

@@ -30,7 +30,7 @@ from lawn_sb3.paper.checks.state_noise import StateNoise
 from lawn_sb3.whole_files import write_json
 
 CHECKS: tuple[Check, ...] = (PrintedGrid(), LeastReward(), DeviationCycles(), Hovering(), StateNoise(), Guaranteed())
-"""Each leaves ``NAME.csv``, and ``NAME.json`` with fingerprint, number of rows, and provenance."""
+"""Each leaves ``NAME.csv``, and ``NAME.json`` with fingerprint, number of rows, the table's hash, and provenance."""
 
 
 def checks_folder(cells: Sequence[Cell]) -> Path:
@@ -99,6 +99,7 @@ def _fingerprint(check: Check, recipe: Recipe, finished: Sequence[Cell]) -> str:
     """Hash of all that a check's rows depend on."""
     content = {
         "check": check.name,
+        "since": check.since,
         "scenario": check.game(recipe).model_dump(mode="json", exclude_defaults=True),
         "episodes": recipe.evaluation.episodes,
         "seed": recipe.evaluation.seed,
@@ -121,7 +122,7 @@ def _make(check: Check, recipe: Recipe, finished: Sequence[Cell], folder: Path) 
         content["cannot"] = str(error)
     else:
         write_rows(table, rows)
-        content["rows"] = len(rows)
+        content |= {"rows": len(rows), "sha256": _sha256(table)}
     write_json(record, {**content, **provenance()})
 
 
@@ -137,7 +138,10 @@ def _read(check: Check, recipe: Recipe, finished: Sequence[Cell], folder: Path) 
     path = folder / f"{check.name}.json"
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        fingerprint, cannot, num_rows = record["fingerprint"], record.get("cannot"), record.get("rows", 0)
+        fingerprint, cannot = record["fingerprint"], record.get("cannot")
+        num_rows, sha256 = (0, "") if cannot is not None else (record["rows"], record["sha256"])
+        if cannot is None and not (isinstance(num_rows, int) and num_rows > 0):
+            raise ValueError("no rows")
     except FileNotFoundError:
         raise UserError(f"{check.name}.csv: not there yet") from None
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
@@ -146,4 +150,12 @@ def _read(check: Check, recipe: Recipe, finished: Sequence[Cell], folder: Path) 
         raise UserError(f"{check.name}.csv: made from other settings or runs")
     if cannot is not None:
         return str(cannot)
-    return read_table(folder / f"{check.name}.csv", check.columns(recipe, finished), num_rows, list(check.key))
+    table = folder / f"{check.name}.csv"
+    rows = read_table(table, check.columns(recipe, finished), num_rows, list(check.key))
+    if _sha256(table) != sha256:
+        raise UserError(f"{table.name} is not what {path.name} vouches for")
+    return rows
+
+
+def _sha256(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()

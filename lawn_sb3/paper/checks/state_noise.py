@@ -22,6 +22,8 @@ from lawn_sb3.paper.roles import FORMS, cast
 ROLES = (*FORMS, "qmix", "iql")
 GAMES, SLOTS, DRAWS = 50, 10, 20
 """Observations: games, slots of random play before, and times that x is replaced."""
+NOISE = 10.0
+"""Standard deviation of what replaces x."""
 
 
 class StateNoise(Check):
@@ -37,7 +39,7 @@ class StateNoise(Check):
     def depends_on(self, recipe: Recipe, finished: Sequence[Cell]) -> dict[str, Any]:
         """The observations and the models."""
         models = [(cell.key, cell.fingerprint()) for cell in _models(recipe, finished)]
-        return {"observations": (GAMES, SLOTS, DRAWS), "models": models}
+        return {"observations": (GAMES, SLOTS, DRAWS, NOISE), "models": models}
 
     def fly(self, recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
         """Ask every actor with each draw."""
@@ -50,7 +52,7 @@ class StateNoise(Check):
             changed = []
             for _ in range(DRAWS):
                 noisy = flat.copy()
-                noisy[:, state] = rng.normal(0.0, 10.0, noisy[:, state].shape)
+                noisy[:, state] = rng.normal(0.0, NOISE, noisy[:, state].shape)
                 after, _ = model.predict(noisy, deterministic=True)
                 changed.append(int((after != before).sum()))
             rows[cell.key] = changed

@@ -107,11 +107,24 @@ def cut(path: Path) -> None:
     path.write_text("".join(lines[: len(lines) // 2]), encoding="utf-8")
 
 
+def other_values(path: Path) -> None:
+    """Change values to others that could be."""
+    rows = pd.read_csv(path)
+    rows.assign(reward=rows["reward"] + 1.0).to_csv(path, index=False)
+
+
+def no_rows(path: Path) -> None:
+    """Say that there are none."""
+    path.write_text(path.read_text(encoding="utf-8").replace('"rows": 24', '"rows": 0'), encoding="utf-8")
+
+
 @pytest.mark.parametrize(
     ("name", "damage", "problem"),
     [
         ("hovering.csv", Path.unlink, "checks/hovering.csv cannot be read: No such file or directory"),
         ("hovering.csv", cut, "checks/hovering.csv is cut off: 11 of 24 rows"),
+        ("hovering.csv", other_values, "checks/hovering.csv is not what hovering.json vouches for"),
+        ("hovering.json", no_rows, "checks/hovering.json cannot be read"),
         ("hovering.json", Path.unlink, "checks/hovering.csv: not there yet"),
         ("hovering.json", cut, "checks/hovering.json cannot be read"),
     ],
