@@ -1,7 +1,5 @@
 """What users write is read as YAML, and what is wrong with it is told in one line: what, where, and what is allowed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
