@@ -31,7 +31,7 @@ from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
 from lawn_sb3.experiment.train import try_method
-from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings, run_search
 from lawn_sb3.paper.checks import export_checks, fly_checks
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.contents import build_report
@@ -199,15 +199,18 @@ def tune(
 ) -> None:
     """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
     search, methods = load_search(search_path)
-    folder = search_path.with_suffix("")
+    file = search_path.with_suffix(".csv")
     with interruptible():
         if not show:
-            run_search(search, methods, folder, jobs, messages)
-    table = Table(title=f"trials: mean greedy reward J after {search.env_steps:,} env steps")
-    for heading in ("method", "rank", "J", "settings"):
+            run_search(search, methods, file, jobs, messages)
+    table = Table(
+        title=f"mean greedy reward J after {search.env_steps:,} env steps; * is the first or last value offered"
+    )
+    for heading in ("method", "rank", "seeds", "J", "settings"):
         table.add_column(heading)
-    for method, rank, reward, settings in ranked_trials(search, folder).itertuples(index=False):
-        table.add_row(
-            method, str(rank), f"{reward:.3f}", ", ".join(f"{key} {value}" for key, value in settings.items())
-        )
+    for method, rank, seeds, reward, at_edge, settings in ranked_settings(search, file).itertuples(index=False):
+        shown = ", ".join(f"{key} {value}{'*' if key in at_edge else ''}" for key, value in settings.items())
+        table.add_row(method, str(rank), str(seeds), f"{reward:.3f}", shown)
     wide_console().print(table)
+    spent = read_trainings(file).groupby("method")["cpu_seconds"].sum()
+    say("CPU minutes: " + ", ".join(f"{method} {seconds / 60:.0f}" for method, seconds in spent.items()))

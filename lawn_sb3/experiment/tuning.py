@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import json
+import math
 import multiprocessing
 import tempfile
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
-import numpy as np
 import optuna
 import pandas as pd
 from optuna.distributions import BaseDistribution, CategoricalDistribution
-from optuna.storages import JournalStorage
-from optuna.storages.journal import JournalFileBackend
 from pydantic import BaseModel, ConfigDict, Field
 from rich.console import Console
 
@@ -29,8 +28,11 @@ from lawn_sb3.experiment.reproduce import prepare_worker
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import load_scenario
+from lawn_sb3.whole_files import write_text
 
 Setting = str | int | float | bool
+COLUMNS = ("method", "settings", "seed", "reward", "cpu_seconds")
+"""Of the file of trainings: ``settings`` as JSON, ``reward`` the mean greedy J of a UAV, ``cpu_seconds`` it took."""
 
 
 class Search(BaseModel):
@@ -39,12 +41,23 @@ class Search(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
-    trials: int = Field(12, ge=1, description="settings tried for each method; the first are the recipe's own")
+    trials: int = Field(12, ge=1, description="settings tried for each method with the first seed")
+    finalists: int = Field(1, ge=1, description="how many of them, the best, are trained with all seeds")
     env_steps: int = Field(50_000, ge=1, description="budget of a training")
-    seeds: tuple[int, ...] = Field((100,), min_length=1, description="one training each per trial; none is reported")
+    seeds: tuple[int, ...] = Field((100,), min_length=1, description="seeds of trainings; none is reported")
     episodes: int = Field(200, ge=1, description="joint episodes each training is scored on")
     missions_seed: int = Field(30_000, ge=0, description="picks their missions, apart from the test's")
-    space: dict[str, dict[str, list[Setting]]] = Field(min_length=1, description="method: setting: values")
+    space: dict[str, dict[str, list[Setting]]] = Field(
+        min_length=1, description="method: setting: values in order; the first is the recipe's where that names none"
+    )
+
+
+class Training(NamedTuple):
+    """One training that the search asks for."""
+
+    method: str
+    settings: Mapping[str, Setting]
+    seed: int
 
 
 def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
@@ -70,85 +83,136 @@ def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
     return search, {key: recipe.methods[key] for key in search.space}
 
 
-def run_search(search: Search, methods: Mapping[str, Method], folder: Path, jobs: int, console: Console) -> None:
-    """Try settings until every method has its number of different ones; those of an earlier call count.
+def run_search(search: Search, methods: Mapping[str, Method], file: Path, jobs: int, console: Console) -> None:
+    """Try settings of every method with the first seed, then train the best with all; earlier calls count.
 
     :param search: the search
     :param methods: the methods to search for
-    :param folder: where the studies are kept, one file per method
+    :param file: where the trainings are kept, one row each
     :param jobs: trainings side by side
     :param console: where progress goes
     """
-    folder.mkdir(parents=True, exist_ok=True)
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=prepare_worker) as pool, _stopping_workers():
-        for key, method in methods.items():
-            study = _study(folder, key)
-            space: dict[str, BaseDistribution] = {
-                name: CategoricalDistribution(values) for name, values in search.space[key].items()
-            }
-            own = {
-                name: method.settings[name]
-                for name, values in search.space[key].items()
-                if method.settings.get(name) in values
-            }
-            if not study.trials and len(own) == len(space):
-                study.enqueue_trial(own)
-            while (left := search.trials - _distinct(study)) > 0:
-                batch = [study.ask(space) for _ in range(min(jobs, left))]
-                scores = pool.map(_score, *zip(*[(search, key, method, trial.params) for trial in batch], strict=True))
-                for trial, score in zip(batch, scores, strict=True):
-                    study.tell(trial, score)
-                    console.print(f"{key} trial {trial.number}: J {score:.3f} with {trial.params}")
+        while batch := _next_trainings(search, methods, read_trainings(file), jobs):
+            asked = [(search, methods[one.method], one) for one in batch]
+            for one, (reward, seconds) in zip(batch, pool.map(_score, *zip(*asked, strict=True)), strict=True):
+                row = (one.method, json.dumps(one.settings), one.seed, reward, round(seconds, 1))
+                rows = pd.concat([read_trainings(file), pd.DataFrame([row], columns=COLUMNS)])
+                write_text(file, rows.to_csv(index=False, lineterminator="\n"))
+                console.print(f"{one.method} seed {one.seed}: J {reward:.3f} with {dict(one.settings)}", soft_wrap=True)
 
 
-def ranked_trials(search: Search, folder: Path) -> pd.DataFrame:
-    """All finished trials, the best of each method first.
+def read_trainings(file: Path) -> pd.DataFrame:
+    """The trainings of a search so far.
+
+    :param file: where they are kept
+    :return: one row each, with the columns :data:`COLUMNS`; none if there is no file
+    """
+    if not file.exists():
+        return pd.DataFrame(columns=COLUMNS)
+    return pd.read_csv(file)
+
+
+def ranked_settings(search: Search, file: Path) -> pd.DataFrame:
+    """All settings that were tried, the best of each method first; those trained with all seeds before the others.
 
     :param search: the search
-    :param folder: where the studies are kept
-    :return: the columns ``method, rank, reward, settings``
+    :param file: where its trainings are kept
+    :return: the columns ``method, rank, seeds, reward, at_edge, settings``: mean reward over the seeds, and names of
+        settings whose value is the first or last of its list
     """
     rows = []
-    for key in search.space:
-        trials = sorted(_finished(_study(folder, key)), key=_value, reverse=True)
-        rows += [(key, rank, _value(trial), trial.params) for rank, trial in enumerate(trials, start=1)]
-    return pd.DataFrame(rows, columns=["method", "rank", "reward", "settings"])
+    for key, space in search.space.items():
+        for rank, (text, seeds, reward) in enumerate(_ranked(search, read_trainings(file), key), start=1):
+            settings = json.loads(text)
+            at_edge = [name for name, values in space.items() if _is_at_edge(settings[name], values)]
+            rows.append((key, rank, seeds, reward, at_edge, settings))
+    return pd.DataFrame(rows, columns=["method", "rank", "seeds", "reward", "at_edge", "settings"])
 
 
-def _study(folder: Path, key: str) -> optuna.Study:
+def _ranked(search: Search, trainings: pd.DataFrame, key: str) -> list[tuple[str, int, float]]:
+    """Settings of a method as JSON, how many seeds they were trained with, and the mean reward; the best first."""
+    mine = trainings[(trainings["method"] == key) & trainings["seed"].isin(search.seeds)]
+    means = [
+        (str(text), len(rows), float(rows["reward"].mean())) for text, rows in mine.groupby("settings", sort=False)
+    ]
+    return sorted(means, key=lambda one: (-one[1], -one[2]))
+
+
+def _is_at_edge(value: Setting, values: Sequence[Setting]) -> bool:
+    """Whether a value is the first or last of several that have an order."""
+    ordered = len(values) > 2 and not isinstance(value, bool)
+    return ordered and value in (values[0], values[-1])
+
+
+def _next_trainings(
+    search: Search, methods: Mapping[str, Method], trainings: pd.DataFrame, jobs: int
+) -> list[Training]:
+    """What to train next, side by side: new settings of the method with the fewest, or the best with another seed."""
+    tried = {key: _ranked(search, trainings, key) for key in methods}
+    wanted = {key: min(search.trials, math.prod(map(len, search.space[key].values()))) for key in methods}
+    unfinished = [key for key in methods if len(tried[key]) < wanted[key]]
+    if unfinished:
+        key = min(unfinished, key=lambda one: len(tried[one]))
+        number = min(jobs, wanted[key] - len(tried[key]))
+        new = _new_settings(search.space[key], methods[key], tried[key], number)
+        return [Training(key, settings, search.seeds[0]) for settings in new]
+    missing = [
+        Training(key, json.loads(text), seed)
+        for key in methods
+        for text in _first(search, trainings, key)
+        for seed in search.seeds
+        if not ((trainings["method"] == key) & (trainings["settings"] == text) & (trainings["seed"] == seed)).any()
+    ]
+    return missing[:jobs]
+
+
+def _first(search: Search, trainings: pd.DataFrame, key: str) -> list[str]:
+    """The settings of a method that did best with the first seed, as JSON."""
+    mine = trainings[(trainings["method"] == key) & (trainings["seed"] == search.seeds[0])]
+    best = mine.sort_values("reward", ascending=False, kind="stable").head(search.finalists)
+    return list(best["settings"])
+
+
+def _new_settings(
+    space: Mapping[str, Sequence[Setting]], method: Method, tried: list[tuple[str, int, float]], number: int
+) -> list[dict[str, Setting]]:
+    """Settings that were not tried: the recipe's own first, then those that Optuna's sampler proposes."""
     optuna.logging.set_verbosity(optuna.logging.WARNING)
-    storage = JournalStorage(JournalFileBackend(str(folder / f"{key}.journal")))
-    study = optuna.create_study(storage=storage, study_name=key, direction="maximize", load_if_exists=True)
+    choices: dict[str, BaseDistribution] = {name: CategoricalDistribution(values) for name, values in space.items()}
     # Seeded by the trials so far, so that a continued search does not draw the same settings again.
-    study.sampler = optuna.samplers.TPESampler(seed=len(study.trials), constant_liar=True)
-    return study
+    study = optuna.create_study(
+        direction="maximize", sampler=optuna.samplers.TPESampler(seed=len(tried), constant_liar=True)
+    )
+    for text, _, reward in tried:
+        study.add_trial(optuna.trial.create_trial(params=json.loads(text), distributions=choices, value=reward))
+    known = {text for text, _, _ in tried}
+    new: list[dict[str, Setting]] = []
+    own = {name: method.settings.get(name, values[0]) for name, values in space.items()}
+    if not tried and all(own[name] in values for name, values in space.items()):
+        study.enqueue_trial(own)
+    while len(new) < number:
+        settings = study.ask(choices).params
+        if (text := json.dumps(settings)) not in known:
+            known.add(text)
+            new.append(settings)
+    return new
 
 
-def _distinct(study: optuna.Study) -> int:
-    """How many different settings have been tried: the sampler may repeat itself, which does not count."""
-    return len({json.dumps(trial.params, sort_keys=True) for trial in _finished(study)})
-
-
-def _finished(study: optuna.Study) -> list[optuna.trial.FrozenTrial]:
-    return study.get_trials(states=[optuna.trial.TrialState.COMPLETE])
-
-
-def _value(trial: optuna.trial.FrozenTrial) -> float:
-    return float("-inf") if trial.value is None else trial.value
-
-
-def _score(search: Search, key: str, method: Method, settings: Mapping[str, Any]) -> float:
-    """Mean greedy reward J of trainings with these settings."""
-    values = {**method.model_dump(), "env_steps": search.env_steps, "settings": {**method.settings, **settings}}
+def _score(search: Search, method: Method, one: Training) -> tuple[float, float]:
+    """Mean greedy reward J of a training, and its CPU seconds."""
+    values = {**method.model_dump(), "env_steps": search.env_steps, "settings": {**method.settings, **one.settings}}
     evaluation = Evaluation(episodes=search.episodes, seed=search.missions_seed, watch_every=10**9)
-    rewards = []
-    for seed in search.seeds:
-        with tempfile.TemporaryDirectory() as folder:
-            cell = Cell(key, parse_method(values), seed, load_scenario("paper"), evaluation, Path(folder))
+    began = time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        cell = Cell(one.method, parse_method(values), one.seed, load_scenario("paper"), evaluation, Path(folder))
+        try:
             run_cell(cell, lambda env_steps: None)
-            rewards.append(summarize(pd.read_csv(Path(folder) / EVALUATION_FILE))["reward"])
-    return float(np.mean(rewards))
+            reward = summarize(pd.read_csv(Path(folder) / EVALUATION_FILE))["reward"]
+        except ValueError:  # networks that are no numbers any more
+            reward = -math.inf
+    return reward, time.process_time() - began
 
 
 @contextmanager

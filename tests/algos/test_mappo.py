@@ -175,3 +175,32 @@ def test_the_layout_is_found_through_sb3_s_wrappers(wrapper: Any) -> None:
 def test_a_policy_must_say_what_its_critic_sees() -> None:
     with pytest.raises(NotImplementedError, match=r"CTDEPolicy .* override critic_input"):
         learner(CTDEPolicy)
+
+
+# --- what MAPPO's own code does otherwise --------------------------------------------------------------------------
+
+
+def gradient_norms(model: Any) -> tuple[float, float]:
+    """Of the last update's gradients: the actor's and the critic's."""
+    actor, critic = model.policy.mlp_extractor.policy_net, model.policy.mlp_extractor.value_net
+    parts = [actor, model.policy.action_net], [critic, model.policy.value_net]
+    gradients = [th.cat([one.grad.flatten() for part in both for one in part.parameters()]) for both in parts]
+    return gradients[0].norm().item(), gradients[1].norm().item()
+
+
+def test_gradients_are_clipped_together_as_in_sb3_or_each_by_itself_as_in_mappos_own_code(tmp_path: Path) -> None:
+    together, apart = (learner(max_grad_norm=1e-4, clip_apart=choice).learn(ROLLOUT) for choice in (False, True))
+    assert np.hypot(*gradient_norms(together)) == pytest.approx(1e-4, rel=1e-2)
+    assert gradient_norms(apart) == pytest.approx((1e-4, 1e-4), rel=1e-2)
+    assert apart.max_grad_norm == 1e-4
+    apart.save(tmp_path / "model.zip")
+    loaded: Any = MAPPO.load(tmp_path / "model.zip", env=small_env(), device="cpu")
+    assert gradient_norms(loaded.learn(ROLLOUT)) == pytest.approx((1e-4, 1e-4), rel=1e-2)
+
+
+def test_advantages_are_normalised_once_a_rollout_where_asked_for() -> None:
+    model = learner(normalize_per_rollout=True).learn(ROLLOUT)
+    advantages = model.rollout_buffer.advantages
+    assert (advantages.mean(), advantages.std()) == (pytest.approx(0.0, abs=1e-6), pytest.approx(1.0, rel=1e-4))
+    assert not model.normalize_advantage  # SB3's, once a minibatch
+    assert learner().learn(ROLLOUT).rollout_buffer.advantages.std() != pytest.approx(1.0, rel=1e-2)

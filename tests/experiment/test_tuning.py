@@ -1,5 +1,6 @@
 """The search for settings: apart from the reported seeds, equal for all, and continued where it stopped."""
 
+import json
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,7 @@ from rich.console import Console
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
+from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings, run_search
 
 SETTINGS = {"n_steps": 32, "batch_size": 64, "n_epochs": 1, "gamma": 0.8}
 RECIPE = {
@@ -37,18 +38,32 @@ def written(folder: Path, **changes: object) -> Path:
 
 
 def test_a_search_tries_the_recipes_settings_first_and_goes_on_where_it_stopped(tmp_path: Path) -> None:
-    console = Console(record=True, width=200)
+    console, file = Console(record=True, width=200), tmp_path / "search.csv"
     search, methods = load_search(written(tmp_path))
-    run_search(search, methods, tmp_path / "search", 1, console)
-    said = console.export_text()
-    assert "mappo trial 0" in said
-    assert "{'gamma': 0.8, 'n_epochs': 1}" in said.splitlines()[0]
-    longer, methods = load_search(written(tmp_path, trials=3))
-    run_search(longer, methods, tmp_path / "search", 1, console)
-    assert console.export_text().count("trial") >= 1
-    ranked = ranked_trials(longer, tmp_path / "search")
+    run_search(search, methods, file, 1, console)
+    assert "{'gamma': 0.8, 'n_epochs': 1}" in console.export_text().splitlines()[0]
+    first = file.read_bytes()
+    longer, methods = load_search(written(tmp_path, trials=3, seeds=[100, 101], finalists=1))
+    run_search(longer, methods, file, 1, console)
+    assert file.read_bytes().startswith(first)
+    assert len(read_trainings(file)) == 4  # three settings with the first seed, the best of them with the other
+    ranked = ranked_settings(longer, file)
+    assert ranked["seeds"].tolist() == [2, 1, 1]
     assert ranked["settings"].map(str).nunique() == 3
-    assert ranked["reward"].is_monotonic_decreasing
+    by_first_seed = read_trainings(file).query("seed == 100").set_index("settings")["reward"]
+    assert by_first_seed.idxmax() == json.dumps(ranked["settings"][0])
+
+
+def test_every_value_is_tried_once_and_no_more_where_there_are_fewer_than_trials(tmp_path: Path) -> None:
+    file, space = tmp_path / "search.csv", {"mappo": {"n_epochs": [1, 2, 3]}}
+    search, methods = load_search(written(tmp_path, trials=9, space=space))
+    run_search(search, methods, file, 2, Console(quiet=True))
+    ranked = ranked_settings(search, file)
+    assert sorted(settings["n_epochs"] for settings in ranked["settings"]) == [1, 2, 3]
+    edges = {
+        settings["n_epochs"]: at_edge for settings, at_edge in zip(ranked["settings"], ranked["at_edge"], strict=True)
+    }
+    assert edges == {1: ["n_epochs"], 2: [], 3: ["n_epochs"]}
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,9 @@ from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
 from lawn_sb3.game.simulator import Continuation
 
+CRITIC_PARTS = ("mlp_extractor.value_net.", "value_net.", "vf_features_extractor.", "lstm_critic.", "critic.")
+"""How the names of a critic's parameters begin, in SB3 and sb3-contrib."""
+
 
 class CentralizedTraining(OnPolicyAlgorithm):
     """Mixin for SB3's or sb3-contrib's PPO: takes what that PPO takes.
@@ -31,6 +34,10 @@ class CentralizedTraining(OnPolicyAlgorithm):
     :param ent_coef: entropy coefficient c_e, or a schedule of the progress remaining
     :param rollout_buffer_class: ``default_buffer_class`` or a subclass
     :param normalize_value: train the critic on returns of zero mean and unit variance
+    :param normalize_per_rollout: normalise advantages once over the rollout, as MAPPO's own code does, in place of
+        once a minibatch, as SB3 does
+    :param clip_apart: hold the gradients of actor and critic to ``max_grad_norm`` each by itself, as MAPPO's own code
+        does with its two optimisers, in place of both together, as SB3 does
     :param _init_setup_model: whether to build the networks at once
     :param kwargs: settings of that PPO, by name
     :raises ValueError: if policy, environment or buffer do not fit
@@ -51,11 +58,15 @@ class CentralizedTraining(OnPolicyAlgorithm):
         ent_coef: float | Schedule = 0.0,
         rollout_buffer_class: type[RolloutBuffer] | None = None,
         normalize_value: bool = True,
+        normalize_per_rollout: bool = False,
+        clip_apart: bool = False,
         _init_setup_model: bool = True,
         **kwargs: Any,
     ) -> None:
         self.ent_coef_schedule = FloatSchedule(ent_coef)
         self.normalize_value = normalize_value
+        self.normalize_per_rollout = normalize_per_rollout
+        self.clip_apart = clip_apart
         self._value_head: NormalizedValueHead | None = None
         super().__init__(  # type: ignore[misc]
             policy,  # type: ignore[arg-type]
@@ -65,6 +76,8 @@ class CentralizedTraining(OnPolicyAlgorithm):
             _init_setup_model=False,
             **kwargs,
         )
+        if normalize_per_rollout:
+            self.normalize_advantage = False
         self.rollout_buffer_class = rollout_buffer_class or self.default_buffer_class
         if normalize_value and not issubclass(self.rollout_buffer_class, self.default_buffer_class):
             raise ValueError(
@@ -88,6 +101,15 @@ class CentralizedTraining(OnPolicyAlgorithm):
             head.forget()
             self.rollout_buffer.value_head = head  # type: ignore[attr-defined]
             self._value_head = head
+        if self.clip_apart:
+            self.policy.optimizer.register_step_pre_hook(self._clip_actor_and_critic)
+
+    def _clip_actor_and_critic(self, *_: Any) -> None:
+        """Hold the gradients of each to ``max_grad_norm``, right before the optimiser uses them."""
+        named = list(self.policy.named_parameters())
+        for of_critic in (True, False):
+            group = [one for name, one in named if name.startswith(CRITIC_PARTS) == of_critic]
+            nn.utils.clip_grad_norm_(group, self._norm_each)
 
     def train(self) -> None:
         """Update actor and critic from the rollout, the critic in normalised units."""
@@ -98,8 +120,17 @@ class CentralizedTraining(OnPolicyAlgorithm):
             head.update(self.rollout_buffer.returns)
             self.logger.record("train/return_mean", head.mean.item())
             self.logger.record("train/return_std", head.std.item())
-        with head.normalized_units() if head is not None else nullcontext():
-            super().train()
+        if self.normalize_per_rollout:
+            advantages = self.rollout_buffer.advantages
+            self.rollout_buffer.advantages = (advantages - advantages.mean()) / (advantages.std() + 1e-8)
+        self._norm_each = self.max_grad_norm
+        if self.clip_apart:
+            self.max_grad_norm = float("inf")  # what SB3 holds both together to
+        try:
+            with head.normalized_units() if head is not None else nullcontext():
+                super().train()
+        finally:
+            self.max_grad_norm = self._norm_each
 
     @classmethod
     def load(
