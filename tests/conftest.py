@@ -1,7 +1,5 @@
 """What all tests share: settings, and small runs of players without training and of a short MAPPO."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

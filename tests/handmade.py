@@ -5,8 +5,6 @@ same seed twice in half of all cases. Welch's interval of a difference to a meth
 12.71 standard errors to both sides, the 97.5 % quantile of Student's t with 1 degree of freedom.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

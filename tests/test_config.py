@@ -1,7 +1,5 @@
 """What users write is read as YAML, and what is wrong with it is told in one line: what, where, and what is allowed."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 
@@ -47,10 +45,7 @@ def test_unknown_name_suggests_nothing_far_fetched() -> None:
     ("values", "complaint"),
     [
         ({}, "size is missing"),
-        (
-            {"size": 2, "spare": {"power_w": -3}},
-            "spare.power_w = -3: Input should be greater than 0",
-        ),
+        ({"size": 2, "spare": {"power_w": -3}}, "spare.power_w = -3: Input should be greater than 0"),
         ({"size": 2, "sizes": 2}, "unknown key 'sizes' (did you mean 'size'?); known: engines, size, spare, speed"),
         (
             {"size": 2, "engines": {"left": {"power": 2}}},

@@ -1,7 +1,5 @@
 """The paper's equations are cited by number and label where they are computed; examples in docstrings are true."""
 
-from __future__ import annotations
-
 import doctest
 import importlib
 import re

@@ -1,7 +1,5 @@
 """Scenarios: the constants of the presets, files and overrides, and what is refused."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

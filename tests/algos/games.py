@@ -1,7 +1,5 @@
 """Games whose every number can be worked out by hand."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 from typing import Any
 

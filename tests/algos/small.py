@@ -1,7 +1,5 @@
 """Learners and games small enough to train in a fraction of a second; the learners are ``Any``: tests look inside."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

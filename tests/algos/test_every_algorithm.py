@@ -1,7 +1,5 @@
 """What holds for every algorithm: one seed, one model; models are saved and loaded whole; actors read o_i alone."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections.abc import Callable
@@ -25,17 +23,7 @@ from policies.local_q import LocalQPolicy
 from policies.monotonic_mixer import MonotonicMixerPolicy
 from policies.quantile_q import QuantileQPolicy
 from policies.state_critic import StateCriticPolicy
-from tests.algos.small import (
-    ROLLOUT,
-    VECTOR,
-    acts,
-    independent,
-    learner,
-    parameters,
-    replaced,
-    some_observations,
-    team,
-)
+from tests.algos.small import ROLLOUT, VECTOR, acts, independent, learner, parameters, replaced, some_observations, team
 
 ROOT = Path(__file__).parents[2]
 QUANTILES = {"policy": QuantileQPolicy, "policy_kwargs": {"net_arch": [32], "n_quantiles": 4}}

@@ -1,7 +1,5 @@
 """In-time moves of QMIX and IQL: the mask is the game's, in the argmax, in exploration and in the targets."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

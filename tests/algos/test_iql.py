@@ -1,7 +1,5 @@
 """Independent Q-learning: N learners that share an environment and nothing else, each as SB3 would train it alone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
@@ -21,16 +19,7 @@ from lawn_sb3.scenario import PRESETS
 from policies.local_q import LocalQPolicy
 from policies.quantile_q import QuantileQPolicy
 from policies.state_critic import StateCriticPolicy
-from tests.algos.small import (
-    NUM_GAMES,
-    SMALL,
-    VECTOR,
-    acts,
-    independent,
-    parameters,
-    small_env,
-    some_observations,
-)
+from tests.algos.small import NUM_GAMES, SMALL, VECTOR, acts, independent, parameters, small_env, some_observations
 
 N = SMALL.num_uavs
 QUANTILES: dict[str, Any] = {"policy": QuantileQPolicy, "policy_kwargs": {"net_arch": [32], "n_quantiles": 4}}

@@ -1,7 +1,5 @@
 """Independent Q-learning by quantiles: a policy with quantiles makes each learner an sb3-contrib QRDQN."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Joint replay: whole games come back as they were played, never mixed."""
 
-from __future__ import annotations
-
 import pickle
 from typing import Any
 

@@ -1,7 +1,5 @@
 """MAPPO: what it adds to SB3's PPO, and that all of it is saved and loaded."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

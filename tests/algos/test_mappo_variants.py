@@ -1,7 +1,5 @@
 """What the variants of MAPPO add: masks, memory, actors of their own, and a critic that takes any number of UAVs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

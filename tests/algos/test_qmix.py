@@ -1,7 +1,5 @@
 """QMIX: its update worked out by hand, its exploration, and a replay that knows who flies."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """QMIX on one-step games of two players: what a monotonic mix of Qs can hold, and what it cannot."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

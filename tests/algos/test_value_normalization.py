@@ -1,7 +1,5 @@
 """Value normalisation: the critic learns in normalised units, and nobody else notices."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

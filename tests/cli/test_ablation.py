@@ -1,7 +1,5 @@
 """Swapping a policy on the command line: one file, one command, a comparison; a broken one is refused in one line."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

@@ -1,7 +1,5 @@
 """The command line: JSON alone on standard output, one clear line for an error, the right exit status."""
 
-from __future__ import annotations
-
 import json
 import os
 import resource

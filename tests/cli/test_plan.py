@@ -1,7 +1,5 @@
 """The commands ``plan`` and ``ceiling``, and the regret that ``evaluate`` adds."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The commands about finished runs: report, export, verify, identify, and what reproduce ends with."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys

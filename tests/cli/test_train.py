@@ -1,7 +1,5 @@
 """What ``lawn-sb3 train`` trains: the settings it starts from, and what the options change."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every command and make target that the pages name exists, with the options that they use; nothing is run."""
 
-from __future__ import annotations
-
 import re
 import shlex
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Every example on a page does what the page says, as it stands there."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Figures on the pages are those of the results kept with the code; a failure says what has to stand there."""
 
-from __future__ import annotations
-
 import csv
 import json
 import re

@@ -1,7 +1,5 @@
 """The README is short, and whatever the pages link to or name is there."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """The page about run directories names every file and every column that there is."""
 
-from __future__ import annotations
-
 import re
 
 import pytest

@@ -1,7 +1,5 @@
 """One test for each defect of SuperSuit's flattening that could reach a learner, and SB3's own tools on top of it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A cell small enough to be trained in a test, and checkpoints as often as a test needs them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Small models with policies of tests, for the probe to ask."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import torch as th

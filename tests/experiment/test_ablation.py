@@ -1,7 +1,5 @@
 """Recipes whose methods are ablations of others, and policies that join them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What finished runs get once they are there: regrets, and flights with other numbers of UAVs."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Callable, Sequence
 from dataclasses import replace

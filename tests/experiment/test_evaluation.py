@@ -1,7 +1,5 @@
 """Evaluation: one raw row per episode and UAV, on missions that a seed fixes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

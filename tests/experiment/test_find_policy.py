@@ -1,7 +1,5 @@
 """Policies by file name, by module and class, and as another package registered them."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib
 import subprocess

@@ -1,7 +1,5 @@
 """An IQL run is complete, repeatable and resumed after an interruption: its replays come back with the checkpoint."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """What a method's UAVs know, and the bits it takes: by hand for the paper's game of 300 voxels and 4 cells."""
 
-from __future__ import annotations
-
 import pytest
 
 from lawn_sb3.experiment.knowledge import PLAYERS, RUNGS, bits_of, has_ladder, rung_of

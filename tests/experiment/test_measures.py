@@ -1,7 +1,5 @@
 """Measures of an evaluation: means worked out by hand, and what each UAV could have gained alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

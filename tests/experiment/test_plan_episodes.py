@@ -1,7 +1,5 @@
 """Planners asked for by name: their figures hang together, and what they do not take is refused."""
 
-from __future__ import annotations
-
 from collections import Counter
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Players of finished runs: whose stand for the rows of the paper's Table II."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from lawn_sb3.cli.tools import ASKED

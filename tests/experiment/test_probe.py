@@ -1,7 +1,5 @@
 """The probe of policies: what is let through, and what is refused in one line."""
 
-from __future__ import annotations
-
 import inspect
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A training notices nothing of the probe: weights, random numbers, modes and games stay as they were."""
 
-from __future__ import annotations
-
 import random
 from typing import Any
 

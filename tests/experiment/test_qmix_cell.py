@@ -1,7 +1,5 @@
 """A cell of QMIX: whole games by default, and resumed as if never interrupted, replay included."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recipes: checked as a whole before anything runs, with one clear line for what is wrong."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -117,17 +115,11 @@ def test_a_label_says_that_a_network_is_shared(label: str, settings: dict[str, b
         (changed(mappo=learner(env_steps=0)), "env_steps"),
         (changed(mappo=learner(env_steps=-1)), "env_steps = -1"),
         (changed(mappo=learner(env_stesp=1)), "did you mean 'env_steps'"),
-        (
-            changed(mappo=learner(settings={"gama": 1})),
-            "did you mean 'gamma'",
-        ),
+        (changed(mappo=learner(settings={"gama": 1})), "did you mean 'gamma'"),
         (changed(mappo=learner(settings={"ent_coef": "lin_x"})), "lin_X"),
         (changed(mappo=learner(policy="centralized")), "centralized_critic"),
         (changed(nobody={"label": "M"}), "either a player or an algo"),
-        (
-            changed(both=learner(player="random")),
-            "either a player or an algo",
-        ),
+        (changed(both=learner(player="random")), "either a player or an algo"),
         (changed(idle={"label": "M", "player": "random", "env_steps": 5}), "without training"),
         (changed(idle={"label": "M", "player": "random", "fewest_uavs": 2}), "without training"),
         (changed(mappo=learner(fewest_uavs=2)), "fewest_uavs needs mappo-episodes or imitate"),

@@ -1,7 +1,5 @@
 """Reference results: whole, playable, without checkpoints."""
 
-from __future__ import annotations
-
 import shutil
 from dataclasses import replace
 from pathlib import Path

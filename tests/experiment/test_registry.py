@@ -1,7 +1,5 @@
 """Names of algorithms and players, and which class of an algorithm takes which policy."""
 
-from __future__ import annotations
-
 import pytest
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy

@@ -1,7 +1,5 @@
 """A cell's run: complete, repeatable to the byte, and resumed after an interruption as if nothing had happened."""
 
-from __future__ import annotations
-
 import json
 import sys
 from dataclasses import replace

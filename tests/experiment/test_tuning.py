@@ -1,7 +1,5 @@
 """The search for settings: apart from the reported seeds, equal for all, and continued where it stopped."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

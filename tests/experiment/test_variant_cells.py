@@ -1,7 +1,5 @@
 """Runs of the policies that change more than what a network sees: masks, memory, own actors, a set for a critic."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Weights without code: they play as the model did, and a damaged file is named in one line."""
 
-from __future__ import annotations
-
 import zipfile
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Short trainings for tests: interrupted, resumed, and compared file by file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Random small scenarios for Hypothesis, and uniformly random play in them."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Iterator
 from typing import Any, NamedTuple

@@ -4,8 +4,6 @@ Written from the paper's equations and from the readings that :class:`Scenario` 
 ``lawn_sb3.game``, of which it uses nothing. It is slow, and meant to be checked against the page.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

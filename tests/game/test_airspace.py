@@ -1,7 +1,5 @@
 """The airspace of Section II-B: action set, moves, least flight times and missions."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

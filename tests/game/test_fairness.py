@@ -1,7 +1,5 @@
 """Fairness: figures on paper, and laws of every index."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

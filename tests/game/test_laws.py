@@ -1,7 +1,5 @@
 """Laws of the game that hold in every scenario, whatever is played."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import assume, given, settings

@@ -3,8 +3,6 @@
 A figure for each equation is worked out beside it, in its docstring.
 """
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

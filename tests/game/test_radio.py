@@ -1,7 +1,5 @@
 """The radio link of Section II-A: association, RB shares and rates."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

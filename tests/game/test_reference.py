@@ -1,7 +1,5 @@
 """The compiled simulator plays exactly the game that the reference plays."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The simulator: seeds, snapshots, missions, how games go on, what is refused, and the paper's Random row."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -6,8 +6,6 @@ from its GBS. There the SNR is 150 / 50 = 3, and an RB of 1 MHz carries log2(1 +
 gets all, 20 Mbps; two get 5 each, 10 Mbps; three get floor(10 / 3) = 3 each, 6 Mbps.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Parts that methods play in the claims: each is played by its own method alone."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The association game of one slot: its potential, its equilibria, and that it is the real game's next slot."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

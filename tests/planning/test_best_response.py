@@ -1,7 +1,5 @@
 """Best responses: exactly what trying every flight in the simulator finds, and laws of what they lead to."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The ceiling of a tiny game: against all policies there are, in the order of what is known, and above every player."""
 
-from __future__ import annotations
-
 from itertools import pairwise, product
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Searches by iterated best response: what they find cannot be improved by one UAV alone, and where there is no end."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 

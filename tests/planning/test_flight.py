@@ -9,8 +9,6 @@ voxel 2, so T_min = 2. With rates R_1, R_2, ... its utility is
 - after 4 slots (R_1/16 + R_2/8 + R_3/4 + R_4/2) / (1 - 1/16) * 2/4 = (R_1 + 2 R_2 + 4 R_3 + 8 R_4) / 30.
 """
 
-from __future__ import annotations
-
 import itertools
 from typing import Any
 

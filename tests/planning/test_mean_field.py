@@ -1,7 +1,5 @@
 """The mean-field planner: what it may know, the arithmetic of its tables, and what it does where one can check it."""
 
-from __future__ import annotations
-
 import copy
 import itertools
 from typing import Any

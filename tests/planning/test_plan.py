@@ -1,7 +1,5 @@
 """Joint plans: worth what the simulator pays when they are flown, and refused where a mission cannot be flown."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import numpy as np

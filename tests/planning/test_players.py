@@ -1,7 +1,5 @@
 """The players that plan: they arrive in time, refuse what cannot be flown, and never have more than the bound."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

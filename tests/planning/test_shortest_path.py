@@ -1,7 +1,5 @@
 """The shortest path: always in time, every time-optimal move equally likely, blind to everything else."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """Games so small that every flight of a UAV can be tried, and the trial itself: all of them, in the real simulator."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Actor-critics of ``policies/``: what their actors and critics see, and how deep and wide they are."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

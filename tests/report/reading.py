@@ -1,7 +1,5 @@
 """Tables and figures read back."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """A new run held against the reference: equal, in agreement, or different, and in what."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.report.against_reference import against_reference

@@ -1,7 +1,5 @@
 """Distributions: which methods share a panel, and what its curves are."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -32,10 +30,7 @@ def drawn(methods: dict[str, Method]) -> tuple[list[list[str]], str]:
 
 def test_planners_have_a_panel_of_their_own_with_straight_flight_and_a_learner_beside_them() -> None:
     panels, text = drawn(METHODS)
-    assert panels == [
-        ["Random", "Shortest-path", "QMIX", "MAPPO"],
-        ["Shortest-path", "MAPPO", "Welfare", "Bound"],
-    ]
+    assert panels == [["Random", "Shortest-path", "QMIX", "MAPPO"], ["Shortest-path", "MAPPO", "Welfare", "Bound"]]
     assert "seeds. (b): planners, with Shortest-path and MAPPO once more. The paper" in text
     assert list(planners(METHODS)) == ["welfare", "bound"]
     without = {key: method for key, method in METHODS.items() if key != "mappo"}

@@ -1,7 +1,5 @@
 """The report: a pure function of the runs; what is missing or damaged is named and the rest is shown."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

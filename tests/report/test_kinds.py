@@ -1,7 +1,5 @@
 """The reports of ablations and of changed games: what they hold, and what they say is missing."""
 
-from __future__ import annotations
-
 import shutil
 from pathlib import Path
 

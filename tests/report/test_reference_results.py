@@ -1,7 +1,5 @@
 """The results kept with the code: whole, small, holding no code, and just what this code makes of its runs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

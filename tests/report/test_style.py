@@ -1,7 +1,5 @@
 """The look of all figures: a method keeps its colour, and small multiples share their axes."""
 
-from __future__ import annotations
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,7 +1,5 @@
 """One table in every form: nothing is lost or garbled on the way to Markdown, CSV and LaTeX."""
 
-from __future__ import annotations
-
 import io
 import string
 from pathlib import Path

@@ -1,7 +1,5 @@
 """How much welfare there is: limits by mission, and the shares that follow, worked out by hand."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Learning curves as figures and claims read them."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from lawn_sb3.results.learning import smoothed

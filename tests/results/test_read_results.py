@@ -1,7 +1,5 @@
 """Reading the runs of a recipe: what is missing or damaged is named, and all the rest is there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Results: the matrices that statistics are made of."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

@@ -1,7 +1,5 @@
 """Statistics over seeds: figures on paper, and laws of every comparison."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 

@@ -1,7 +1,5 @@
 """A finished run that a test may damage."""
 
-from __future__ import annotations
-
 import pytest
 from rich.console import Console
 

@@ -1,7 +1,5 @@
 """Reading one CSV file: every way it can be broken is named, and nothing broken comes through."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The tables of a run, each by itself: every kind of damage is named in one line, and nothing damaged comes through."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The tables of a run fit each other: those of another run, evaluation or recipe are refused, each in one line."""
 
-from __future__ import annotations
-
 import shutil
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """What the smaller checks fly and plan: the printed grid, the least reward, deviation cycles, and guarantees."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """UAVs that hover near their start: where they go, and what it gives them."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.experiment.evaluation import evaluate

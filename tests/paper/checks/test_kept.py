@@ -1,7 +1,5 @@
 """Checks are made once, vouched for by what they were made from, and read back whole or not at all."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable
 from pathlib import Path

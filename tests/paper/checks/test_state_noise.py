@@ -1,7 +1,5 @@
 """Noise in the global state: actors of the kit do not heed it, and one that does is found."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

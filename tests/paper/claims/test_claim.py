@@ -1,7 +1,5 @@
 """The claims as data: every one can be judged, and says what the paper prints."""
 
-from __future__ import annotations
-
 import inspect
 from functools import partial
 from pathlib import Path

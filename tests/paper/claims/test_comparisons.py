@@ -1,7 +1,5 @@
 """Comparisons: intervals decide, and every part of a verdict can be worked out by hand."""
 
-from __future__ import annotations
-
 import pytest
 
 from lawn_sb3.paper.claims import Finding

@@ -1,7 +1,5 @@
 """Training curves: crossings, relapses, fluctuations and declines, as one reads them off a figure."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Distributions of the utility: width, median, evenness, collapse, and what makes utilities low."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

@@ -1,7 +1,5 @@
 """Claims that are held to flights of their own: what an actor reads, and what hovering gives."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

@@ -1,7 +1,5 @@
 """Claims about the game: whether it has a potential, and whether a policy collects the welfare that there is."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

@@ -1,7 +1,5 @@
 """Judging: whatever the runs lack, every claim gets a verdict and a reason."""
 
-from __future__ import annotations
-
 import re
 from functools import partial
 

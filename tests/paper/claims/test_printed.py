@@ -1,7 +1,5 @@
 """Claims that the paper's own constants and equations decide."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Rows of Table II: agreement within three standard errors, and what the printed times can mean."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

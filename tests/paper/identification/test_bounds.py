@@ -1,7 +1,5 @@
 """Bounds on J: no method with 100 % success lies outside, whatever it flies."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings

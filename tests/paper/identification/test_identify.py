@@ -1,7 +1,5 @@
 """Identification: the Random row under every candidate, and what follows from it."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """The terms of J: weighed anew they give what a simulation with other constants gives."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,13 +11,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.identification.candidates import PAPER, candidates
-from lawn_sb3.paper.identification.reward import (
-    TERMS,
-    accumulated_reward,
-    linear_table,
-    other_rows,
-    reward_terms,
-)
+from lawn_sb3.paper.identification.reward import TERMS, accumulated_reward, linear_table, other_rows, reward_terms
 from lawn_sb3.paper.printed_values import TABLE_II
 from tests.paper.identification.wanderer import Wanderer
 

@@ -1,7 +1,5 @@
 """A player that always arrives: at random for some slots, then straight to its destination."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

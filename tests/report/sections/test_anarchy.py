@@ -1,7 +1,5 @@
 """The price of anarchy: brackets worked out by hand, and what makes a mission count."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 

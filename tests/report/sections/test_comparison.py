@@ -1,7 +1,5 @@
 """Methods held against one of them, mission by mission."""
 
-from __future__ import annotations
-
 import pytest
 
 from lawn_sb3.report.sections.comparison import section

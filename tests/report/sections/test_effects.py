@@ -1,7 +1,5 @@
 """Effects of ablations: differences seed by seed worked out by hand, and the laws of every comparison."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

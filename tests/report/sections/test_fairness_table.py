@@ -1,7 +1,5 @@
 """Fairness over the UAVs of an episode, with figures worked out on paper."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Fairness against welfare: where the points lie, and what is left out of sight."""
 
-from __future__ import annotations
-
 import pytest
 
 from lawn_sb3.report.section import Picture

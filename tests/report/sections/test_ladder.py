@@ -1,7 +1,5 @@
 """The ladder: who stands where, what each earns, and the claim that the loads suffice."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

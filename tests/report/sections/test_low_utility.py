@@ -1,7 +1,5 @@
 """Who got the low utilities: every UAV-mission lies in one bin, and its mean is drawn there."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

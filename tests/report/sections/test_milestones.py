@@ -1,7 +1,5 @@
 """Milestones of the learning curves, worked out by hand on curves of a few points."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from lawn_sb3.report.sections.milestones import section

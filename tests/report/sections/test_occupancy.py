@@ -1,7 +1,5 @@
 """Cell loads over time: what is drawn is the mean of what the runs saw."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Sensitivity: figures and ranks by changed game, and the pairs that change places beyond what seeds explain."""
 
-from __future__ import annotations
-
 from lawn_sb3.report.sections.ranking import by_reward
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results

@@ -1,7 +1,5 @@
 """Greedy against sampled play: paired by seed on the same missions."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

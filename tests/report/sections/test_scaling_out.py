@@ -1,7 +1,5 @@
 """Scaling out: means over seeds by number of UAVs, and where actors were trained."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,7 +1,5 @@
 """How stable an outcome is: regrets and Nash gaps worked out on paper, and what real equilibria have."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 import pytest

@@ -1,7 +1,5 @@
 """Table I: all constants, what the paper prints, and a mark where ours differs."""
 
-from __future__ import annotations
-
 import pandas as pd
 import pytest
 

@@ -1,7 +1,5 @@
 """Table II: means and intervals over seeds, the paper's values beside them, and how many seeds and episodes."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.experiment.recipe import Method

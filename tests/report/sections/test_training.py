@@ -1,7 +1,5 @@
 """Fig. 2: what it draws of players that do not learn, and whose curves have nothing to show."""
 
-from __future__ import annotations
-
 import pandas as pd
 from matplotlib.axes import Axes
 

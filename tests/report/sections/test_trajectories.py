@@ -1,7 +1,5 @@
 """One episode as every method flies it: chosen from the data alone, and drawn where the UAVs were."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

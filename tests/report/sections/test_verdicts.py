@@ -1,7 +1,5 @@
 """The claims table: what the paper says, how it was measured, what came out."""
 
-from __future__ import annotations
-
 from lawn_sb3.paper.claims import Claim, Finding, Judged, Verdict
 from lawn_sb3.report.sections.verdicts import CAPTION, claims_headlines, claims_summary, claims_table, tally
 
