@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lawn_sb3.config import read_yaml_mapping, validated
 from lawn_sb3.envs.training_env import Credit
-from lawn_sb3.errors import unknown_name
+from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, trait
 from lawn_sb3.experiment.validation import check_method, check_policy_fits, check_recipe
 from lawn_sb3.game.simulator import Continuation
@@ -111,7 +111,7 @@ class Recipe(BaseModel):
         :return: the scenario
         :raises UserError: if there is no such scenario, or it is impossible
         """
-        return load_scenario(self.scenario, self.set)
+        return load_scenario(self.scenario, self.set, "set")
 
     def split(self) -> dict[str, Recipe]:
         """One recipe for each changed game.
@@ -169,5 +169,8 @@ def load_recipe(path: Path) -> Recipe:
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
     recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
-    check_recipe(recipe)
+    try:
+        check_recipe(recipe)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
     return recipe
