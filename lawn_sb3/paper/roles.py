@@ -1,7 +1,5 @@
 """The parts that methods of a recipe play in the claims, such as ``qmix``: claims name parts, recipes choose keys."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

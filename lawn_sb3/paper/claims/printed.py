@@ -1,7 +1,5 @@
 """Claims that the paper's own constants, equations and tables decide, without any training."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.game.airspace import action_table

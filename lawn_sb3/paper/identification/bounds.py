@@ -21,8 +21,6 @@ bound all fly the shortest way. For with x = b^m in (0, 1) and s = T/m >= 1, g(m
 Collisions only lower J, so the upper bound holds with them; the lower one is for a method without.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -55,13 +53,7 @@ def draw_legs(scenario: Scenario, episodes: int, seed: int) -> Legs:
 
 
 def rate_weight(slots: Ints, min_slots: Ints, ema_beta: float) -> Floats:
-    """How often R-hat_i counts in J_i: g(T, m) of the module's text.
-
-    :param slots: T_i
-    :param min_slots: T_i^min
-    :param ema_beta: beta
-    :return: 1 - (1 - beta)^T + T_i^min / T_i, between 0 and 2
-    """
+    """How often R-hat_i counts in J_i: g(T, m) = 1 - (1 - beta)^T + m / T of the module's text, between 0 and 2."""
     return np.asarray(1.0 - (1.0 - ema_beta) ** slots + min_slots / slots)
 
 
@@ -128,12 +120,8 @@ def rate_terms_mbps(
 
 
 def rewards(legs: Legs, terms_mbps: Floats, nav_weight: float, unit_mbps: float) -> Floats:
-    """J of every UAV that arrives and never collides.
+    """J of every UAV that arrives and never collides [E, N], by its terms of :func:`rate_terms_mbps`.
 
-    :param legs: the missions
-    :param terms_mbps: what :func:`rate_terms_mbps` returned
-    :param nav_weight: weight of progress
-    :param unit_mbps: unit of rates inside rewards
-    :return: J [E, N]; only the mean of all is a bound
+    Only the mean of all is a bound.
     """
     return nav_weight * legs.distance_voxels + terms_mbps / unit_mbps
