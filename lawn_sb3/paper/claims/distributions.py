@@ -81,7 +81,7 @@ def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percen
     measure="UAVs of the trained players that are in the voxel of another at the end of a slot, test missions",
 )
 def collision_free(evidence: Evidence) -> Finding:
-    """Whether no UAV is ever in the voxel of another (eq:collision)."""
+    """Whether no UAV is ever in the voxel of another: Eq. (4), eq:collision."""
     figures, held = [], []
     for role in FORMS:
         collisions = evidence.results.scores(evidence.key(role), "collisions", per="uav")  # [S, E, N]

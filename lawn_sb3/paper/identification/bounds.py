@@ -1,12 +1,12 @@
 """Which J a method with 100 % success can have at all, whatever it flies: a check without any model of the method.
 
-The accumulated reward of a UAV that arrives in slot T >= m = T_i^min is, since its terms telescope,
+The accumulated reward of a UAV that arrives in slot T >= m = T_i^min is, as Eq. (14), eq:reward, telescopes,
 
     J_i = nav_weight * ||q_i^0 - d_i|| + R-bar_i(T)/u + U_i/u - collision_penalty * collisions_i
         = nav_weight * ||q_i^0 - d_i|| + R-hat_i * g(T, m)/u - collision_penalty * collisions_i
 
 with the rate unit u, b = 1 - beta and g(T, m) = 1 - b^T + m/T, because R-bar_i = R-hat_i (1 - b^T) and
-U_i = R-hat_i m/T. (That is the reading ``bias_horizon: completion``.)
+U_i = R-hat_i m/T by Eq. (9), eq:utility. (That is the reading ``bias_horizon: completion``.)
 
 The paper prints the means of R-hat_i and of the makespan, which may go along with m in any way. So the bounds are the
 smallest and the largest mean of R-hat * g over all distributions of (R-hat, T) for the UAVs of each m that have

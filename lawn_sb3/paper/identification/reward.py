@@ -1,6 +1,6 @@
 """What the constants of the reward do to J: the terms of one set of flights, weighed anew.
 
-Rate and navigation rewards telescope, so the accumulated reward of a mission is
+Rate and navigation rewards telescope, so the rewards of Eq. (14), eq:reward, add up over a mission to
 
     J_i = nav_weight * progress_i - collision_penalty * collisions_i - fail_penalty * failed_i
           + (R-bar_i(T_i) + U_i) / rate unit
