@@ -12,8 +12,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from lawn_sb3.experiment.registry import REPOSITORY
-
 PACKAGES = (
     "lawn-sb3",
     "stable-baselines3",
@@ -49,13 +47,16 @@ def provenance() -> dict[str, Any]:
 
 
 def _commit() -> str:
+    """The commit of the checkout that tracks this file: one in which an environment only lies says nothing of it."""
+
     def git(*arguments: str) -> str:
-        command = ["git", "-C", str(REPOSITORY), *arguments]
+        command = ["git", "-C", str(Path(__file__).parent), *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
     try:
+        git("ls-files", "--error-unmatch", Path(__file__).name)
         return git("rev-parse", "HEAD") + (
-            "+changes" if git("status", "--porcelain", "--untracked-files=normal") else ""
+            "+changes" if git("status", "--porcelain", "--untracked-files=normal", ":/") else ""
         )
     except (OSError, subprocess.CalledProcessError):
         return "unknown: not a git checkout"

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,7 +24,19 @@ from policies.local_q import LocalQPolicy
 from policies.monotonic_mixer import MonotonicMixerPolicy
 from policies.quantile_q import QuantileQPolicy
 from policies.state_critic import StateCriticPolicy
-from tests.algos.small import ROLLOUT, VECTOR, acts, independent, learner, parameters, replaced, some_observations, team
+from tests.algos.small import (
+    ROLLOUT,
+    VECTOR,
+    acts,
+    independent,
+    learner,
+    parameters,
+    replaced,
+    small_env,
+    some_observations,
+    team,
+    whole_games,
+)
 
 ROOT = Path(__file__).parents[2]
 QUANTILES = {"policy": QuantileQPolicy, "policy_kwargs": {"net_arch": [32], "n_quantiles": 4}}
@@ -243,3 +256,15 @@ def test_a_short_training_of_qmix_beats_random_play(policy: Any, random_play: fl
         seed=0, device="cpu",
     )  # fmt: skip
     assert success_rate(model.learn(600 * 32 * 4)) > random_play + 0.3
+
+
+@pytest.mark.parametrize("build", [learner, independent, team])
+def test_games_that_go_on_in_another_way_are_refused(build: Callable[..., Any], tmp_path: Path) -> None:
+    model, others = build(), small_env() if build is team else whole_games()
+    model.save(tmp_path / "model.zip")
+    needed = f"needs continuation='{type(model).continuation}'"
+    loads = partial(type(model).load, tmp_path / "model.zip", env=others)
+    for try_it in (partial(build, env=others), partial(model.set_env, others), loads):
+        with pytest.raises(ValueError, match=needed) as refusal:
+            try_it()
+        assert "\n" not in str(refusal.value)

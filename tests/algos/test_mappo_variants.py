@@ -46,6 +46,14 @@ def test_without_value_normalisation_returns_keep_reward_units(algorithm: type, 
     np.testing.assert_array_equal(np.sort(returns), np.sort(model.rollout_buffer.returns.ravel()))
 
 
+@pytest.mark.filterwarnings("ignore:You have specified a mini-batch size")
+@pytest.mark.parametrize(("algorithm", "policy"), [(MaskableMAPPO, MaskedPolicy), (RecurrentMAPPO, RecurrentPolicy)])
+def test_a_last_minibatch_of_one_row_leaves_numbers(algorithm: type, policy: type) -> None:
+    env = make_vec_env(SMALL, num_games=1)
+    model: Any = algorithm(policy, env, n_steps=8, batch_size=5, n_epochs=1, seed=0, device="cpu").learn(16)
+    assert all(bool(th.isfinite(values).all()) for values in model.policy.parameters())
+
+
 def test_moves_that_training_took_end_inside_the_airspace() -> None:
     model = variant(MaskableMAPPO, MaskedPolicy).learn(ROLLOUT)
     buffer, layout = model.rollout_buffer, model.policy.layout

@@ -1,5 +1,6 @@
 """QMIX: its update worked out by hand, its exploration, and a replay that knows who flies."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,12 @@ from stable_baselines3.common.vec_env import VecNormalize
 from torch.nn import functional
 
 from lawn_sb3.algos.qmix import QMIX, JointSamples, QMIXPolicy
+from lawn_sb3.envs import make_vec_env
+from lawn_sb3.scenario import PRESETS
 from policies.centralized_critic import CentralizedCriticPolicy
 from policies.monotonic_mixer import MonotonicMixerPolicy
 from tests.algos.games import Countdown
-from tests.algos.small import VECTOR, acts, small_env, some_observations, team, whole_games
+from tests.algos.small import NUM_GAMES, VECTOR, acts, some_observations, team, whole_games
 
 # --- the update ----------------------------------------------------------------------------------------------------
 
@@ -169,12 +172,15 @@ def test_a_training_stopped_by_a_callback_goes_on_with_whole_games() -> None:
 # --- what it refuses -----------------------------------------------------------------------------------------------
 
 
-def test_missions_that_are_renewed_one_by_one_are_refused() -> None:
-    with pytest.raises(ValueError, match="needs continuation='episode'") as refusal:
-        team(env=small_env())
-    assert "\n" not in str(refusal.value)
-    with pytest.raises(ValueError, match="needs continuation='episode'"):
-        team().set_env(small_env())
+def test_a_model_is_not_loaded_for_other_games_whose_vectors_are_as_long(tmp_path: Path) -> None:
+    others = make_vec_env(PRESETS["paper"].changed(num_uavs=1, gbs_grid=[5, 1]), NUM_GAMES, continuation="episode")
+    model = team()
+    assert others.observation_space == model.observation_space
+    model.save(tmp_path / "model.zip")
+    with pytest.raises(ValueError, match="num_uavs=2, num_gbs=4"):
+        QMIX.load(tmp_path / "model.zip", env=others, device="cpu")
+    with pytest.raises(ValueError, match="num_uavs=2, num_gbs=4"):
+        model.set_env(others)
 
 
 def test_environments_and_policies_that_do_not_fit_are_refused() -> None:

@@ -19,6 +19,7 @@ from stable_baselines3.common.save_util import load_from_pkl
 from stable_baselines3.common.type_aliases import GymEnv
 from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
+from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.in_time import draw_allowed
 from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
@@ -101,7 +102,13 @@ class IQL(DQN):
         if _init_setup_model:
             self._setup_model()
 
+    def set_env(self, env: GymEnv, force_reset: bool = True) -> None:
+        """Change the environment, as SB3 does; one that does not fit is refused."""
+        check_continuation(IQL, env)
+        super().set_env(env, force_reset)
+
     def _setup_model(self) -> None:  # in place of SB3's, which builds one network and one replay
+        check_continuation(IQL, self.env)
         if self.env is not None and self.env.get_attr("layout", [0])[0] != self.layout:
             raise ValueError(f"the model is for games of {self.layout}, the environment has other ones")
         self._setup_lr_schedule()

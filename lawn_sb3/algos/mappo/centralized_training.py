@@ -17,6 +17,7 @@ from stable_baselines3.common.utils import FloatSchedule
 from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
+from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
 from lawn_sb3.game.simulator import Continuation
@@ -91,7 +92,13 @@ class CentralizedTraining(OnPolicyAlgorithm):
         if _init_setup_model:
             self._setup_model()
 
+    def set_env(self, env: GymEnv, force_reset: bool = True) -> None:
+        """Change the environment, as SB3 does; one whose UAVs go on in another way is refused."""
+        check_continuation(type(self), env)
+        super().set_env(env, force_reset)
+
     def _setup_model(self) -> None:
+        check_continuation(type(self), self.env)
         super()._setup_model()
         if self.normalize_value:
             head: nn.Module = self.policy.value_net

@@ -94,9 +94,20 @@ class NormalizedRolloutBuffer(RolloutBuffer):
         return samples._replace(returns=normalize(samples.returns), old_values=normalize(samples.old_values))
 
 
-class NormalizedMaskableBuffer(NormalizedRolloutBuffer, MaskableRolloutBuffer):
+class _NoSingleRows:
+    """Leaves out minibatches of one row, as the last may be: sb3-contrib would divide by the spread of that row."""
+
+    def get(self, batch_size: int | None = None) -> Iterator[Any]:
+        """Hand out minibatches of at least two rows."""
+        for samples in super().get(batch_size):  # type: ignore[misc]
+            rows = samples.mask.sum() if hasattr(samples, "mask") else len(samples.advantages)
+            if rows > 1:
+                yield samples
+
+
+class NormalizedMaskableBuffer(_NoSingleRows, NormalizedRolloutBuffer, MaskableRolloutBuffer):
     """The same for sb3-contrib's buffer that also keeps action masks."""
 
 
-class NormalizedRecurrentBuffer(NormalizedRolloutBuffer, RecurrentRolloutBuffer):
+class NormalizedRecurrentBuffer(_NoSingleRows, NormalizedRolloutBuffer, RecurrentRolloutBuffer):
     """The same for sb3-contrib's buffer that also keeps the states of an LSTM."""

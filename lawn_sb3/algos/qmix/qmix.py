@@ -18,6 +18,7 @@ from stable_baselines3.common.utils import LinearSchedule, polyak_update
 from stable_baselines3.common.vec_env import VecEnv, unwrap_vec_normalize
 from torch.nn import functional
 
+from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.in_time import draw_allowed
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
 from lawn_sb3.algos.qmix.policies import QMIXPolicy
@@ -87,15 +88,24 @@ class QMIX(DQN):
             self._setup_model()
 
     def _setup_model(self) -> None:
+        if self.env is not None:
+            self._check_fit(self.env)
         OffPolicyAlgorithm._setup_model(self)  # DQN's updates its targets by env steps, and warns of long vectors
         self.exploration_schedule = LinearSchedule(
             self.exploration_initial_eps, self.exploration_final_eps, self.exploration_fraction
         )
 
+    def _check_fit(self, env: VecEnv) -> None:
+        """Refuse games that cannot be regrouped, or of another size, though their vectors may be as long."""
+        _check_games(env)
+        games, trained = env.get_attr("layout", [0])[0], self.policy_kwargs["layout"]
+        if games != trained:
+            raise ValueError(f"the model is for games of {trained}, the environment has {games}")
+
     def set_env(self, env: GymEnv, force_reset: bool = True) -> None:
         """Change the environment, as SB3 does; one that does not fit is refused."""
         if isinstance(env, VecEnv):
-            _check_games(env)
+            self._check_fit(env)
         super().set_env(env, force_reset)
 
     def train(self, gradient_steps: int, batch_size: int = 100) -> None:
@@ -213,5 +223,4 @@ def _check_games(env: VecEnv) -> None:
         raise ValueError("QMIX needs an environment with a layout, from make_vec_env")
     if unwrap_vec_normalize(env) is not None:
         raise ValueError("QMIX stores games as they are and cannot take VecNormalize")
-    if env.has_attr("simulator") and env.get_attr("simulator", [0])[0].continuation != QMIX.continuation:
-        raise ValueError(f"QMIX learns whole games: its environment needs continuation={QMIX.continuation!r}")
+    check_continuation(QMIX, env)
