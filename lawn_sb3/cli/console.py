@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any, NoReturn
 
 import pandas as pd
@@ -19,6 +20,8 @@ from lawn_sb3.scenario import PRESETS
 
 messages = Console(stderr=True)
 
+UNITS = {"_mbps": "Mbps", "_slots": "slots", "_percent": "%"}
+"""How names of figures end, and the unit that says."""
 LONGEST_FIGURE = 40
 """Characters of a cell; a column with longer ones holds sentences."""
 
@@ -59,21 +62,29 @@ def print_table(shown: pd.DataFrame, title: str) -> None:
     wide_console().print(table)
 
 
-def print_figures(figures: dict[str, Any], as_json: bool, title: str) -> None:
-    """Print named figures.
+def print_figures(
+    figures: dict[str, Any], as_json: bool, title: str, errors: Mapping[str, float] = MappingProxyType({})
+) -> None:
+    """Print named figures, with their units and how far they may be off.
 
-    :param figures: names and values
+    :param figures: names, which end in the unit, and values
     :param as_json: one JSON object instead of a table
     :param title: what the table shows
+    :param errors: standard errors, by name; the table shows 95 % intervals
     """
     if as_json:
-        print(json.dumps(figures))
+        print(json.dumps(figures | ({"standard_errors": dict(errors)} if errors else {})))
         return
     table = Table(title=title)
-    table.add_column("figure")
-    table.add_column("value", justify="right")
+    for heading in ("figure", "value", *(["95 % of episodes"] if errors else []), "unit"):
+        table.add_column(heading, justify="left" if heading in ("figure", "unit") else "right")
     for key, value in figures.items():
-        table.add_row(key, f"{value:,.3f}" if isinstance(value, float) else str(value))
+        name, unit = next(
+            ((key.removesuffix(end), unit) for end, unit in UNITS.items() if key.endswith(end)), (key, "")
+        )
+        shown = f"{value:,.3f}" if isinstance(value, float) else str(value)
+        interval = [f"± {1.96 * errors[key]:,.3f}" if key in errors else ""] if errors else []
+        table.add_row(name, shown, *interval, unit)
     Console().print(table)
 
 

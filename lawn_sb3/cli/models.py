@@ -11,7 +11,7 @@ from lawn_sb3.cli.console import AsJson, Changes, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import flies_alone, fly
-from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
+from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLAYERS, find_player
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
@@ -67,7 +67,7 @@ def evaluate_command(
     if regret:
         summary |= summarize_regrets(regrets(flights, game, seed), flights.rows)
     figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
-    print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes")
+    print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes", standard_errors(flights.rows))
 
 
 def _sizes(scenario: Scenario) -> str:

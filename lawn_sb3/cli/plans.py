@@ -18,6 +18,7 @@ from rich.table import Table
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ceilings import ceilings, earned
+from lawn_sb3.experiment.measures import standard_errors
 from lawn_sb3.experiment.plan_episodes import Advance, make_planner, plan_episodes
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
@@ -81,7 +82,8 @@ def plan(
     for path, rows in ((rows_file, flights.rows), (paths_file, flights.paths)):
         if path is not None:
             write_rows(path, rows)
-    print_figures(figures, as_json, f"{player} on {game.title}, {episodes} episodes")
+    title = f"{player} on {game.title}, {episodes} episodes"
+    print_figures(figures, as_json, title, standard_errors(flights.rows))
     if "equilibrium" in player and figures.get("equilibria_percent", 100.0) < 100.0:
         say(
             "not all episodes are equilibria: searches without a fixed point, or flights longer than --slack would gain"

@@ -81,6 +81,11 @@ def train(
         say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
     else:
         say(f"{out} holds this run already, finished")
+    steps = read_progress(cell)[STEPS].iloc[-1]
+    if steps != cell.method.env_steps:
+        say(f"trained {steps:,} env steps: whole rollouts, so more than the {cell.method.env_steps:,} asked for")
+    rows = read_evaluation(cell)
+    print_figures(summarize(rows), False, f"{cell.method.label}, {steps:,} env steps", standard_errors(rows))
 
 
 def _cell_of_recipe(path: Path, name: str) -> Cell:

@@ -39,6 +39,20 @@ def summarize(rows: pd.DataFrame) -> dict[str, float]:
     }
 
 
+def standard_errors(rows: pd.DataFrame) -> dict[str, float]:
+    """How far the means of :func:`summarize` may be off, by the spread of the episodes.
+
+    The UAVs of an episode share cells, so that the unit is the episode: the figures of each, and the standard error of
+    their mean. It says nothing of other seeds of a training.
+
+    :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
+    :return: standard errors, by the names of :func:`summarize`; NaN for a single episode
+    """
+    games = rows.assign(completion_slots=rows["slots"], success_percent=100.0 * rows["arrived"]).groupby("episode")
+    each = games.mean().assign(welfare_mbps=games["utility_mbps"].sum())
+    return {name: float(each[name].sem()) for name in summarize(rows)}
+
+
 def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:
     """What each UAV could have had by deviating alone, the others keeping the trajectories that they flew.
 

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 
 from stable_baselines3.common.base_class import BaseAlgorithm
-from stable_baselines3.common.logger import Logger, TensorBoardOutputFormat
+from stable_baselines3.common.logger import Logger
 
 from lawn_sb3.experiment.build import build_model, training_env
 from lawn_sb3.experiment.cell import Cell
@@ -32,7 +32,7 @@ from lawn_sb3.experiment.run_directory.files import (
     SLOTS_FILE,
     TENSORBOARD_FOLDER,
 )
-from lawn_sb3.experiment.run_directory.progress import ProgressCSV
+from lawn_sb3.experiment.run_directory.progress import ProgressCSV, TensorBoardCurve
 from lawn_sb3.experiment.watching import Watch
 from lawn_sb3.game.player import Player
 from lawn_sb3.whole_files import whole_file, write_json
@@ -104,7 +104,7 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     if checkpoint is not None:
         watch.restore(checkpoint["watch"])
     table = ProgressCSV(folder / PROGRESS_FILE, checkpoint["progress"] if checkpoint else "")
-    model.set_logger(Logger(str(folder), [table, TensorBoardOutputFormat(str(folder / TENSORBOARD_FOLDER))]))
+    model.set_logger(Logger(str(folder), [table, TensorBoardCurve(folder / TENSORBOARD_FOLDER, table.rows)]))
     for name, values in zip(PENDING, checkpoint["pending"] if checkpoint else (), strict=False):
         getattr(model.logger, name).update(values)
     progress(began)

@@ -138,3 +138,11 @@ def test_means_and_gaps_of_three_episodes_worked_out_by_hand() -> None:
         "largest_regret_mbps": 6.0,
         "equilibria_percent": 25.0,
     }
+
+
+def test_standard_errors_are_those_of_means_over_episodes() -> None:
+    rows = evaluate(RandomPlayer(), PAPER, 12, 3)
+    errors = standard_errors(rows)
+    assert errors.keys() == summarize(rows).keys()
+    each = pd.DataFrame([summarize(episode) for _, episode in rows.groupby("episode")])
+    assert errors == pytest.approx(dict(each.std() / np.sqrt(12)))

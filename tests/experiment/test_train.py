@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import yaml
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
@@ -69,6 +70,18 @@ def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None
 @pytest.mark.parametrize("limit", [128, 192, 256])
 def test_an_interrupted_training_resumes_as_if_nothing_had_happened(small_cell: Cell, limit: int) -> None:
     assert resumed(small_cell, limit)[0] == limit - 64
+
+
+@pytest.mark.usefixtures("often")
+def test_tensorboard_shows_the_curve_once_against_env_steps(small_cell: Cell) -> None:
+    resumed(small_cell, 192)
+    events = EventAccumulator(str(small_cell.directory / "tensorboard")).Reload()
+    curve = pd.read_csv(small_cell.directory / "progress.csv")
+    for name in ("greedy/success_percent", "train/value_loss"):
+        rows = curve[["time/env_steps", name]].dropna()
+        points = [(event.step, event.value) for event in events.Scalars(name)]
+        assert [step for step, _ in points] == rows["time/env_steps"].tolist()
+        assert [value for _, value in points] == pytest.approx(rows[name].tolist(), rel=1e-6)
 
 
 @pytest.mark.usefixtures("often")

@@ -1,4 +1,4 @@
-"""``progress.csv``: the training curve, one row per record, written row by row while a method trains.
+"""``progress.csv`` and ``tensorboard/``: the training curve, one row per record, written while a method trains.
 
 ``time/env_steps`` counts the joint slots of all games. ``missions/...`` are means of the training missions that ended
 since the last record, ``greedy/...`` of greedy play on missions of their own, ``train/...`` and ``rollout/...`` what
@@ -8,11 +8,13 @@ Stable-Baselines3 records. All but the first may have gaps.
 from __future__ import annotations
 
 import csv
+import shutil
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
-from stable_baselines3.common.logger import KVWriter
+from stable_baselines3.common.logger import KVWriter, TensorBoardOutputFormat
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
@@ -56,6 +58,30 @@ class ProgressCSV(KVWriter):
 
     def close(self) -> None:
         """Nothing is kept open."""
+
+
+class TensorBoardCurve(TensorBoardOutputFormat):
+    """The same curve for TensorBoard, against env steps; a resumed training begins it anew, with the rows so far.
+
+    :param folder: the folder of event files
+    :param before: rows of ``progress.csv`` up to the checkpoint that the training resumes from
+    """
+
+    def __init__(self, folder: Path, before: Sequence[Mapping[str, str]] = ()) -> None:
+        shutil.rmtree(folder, ignore_errors=True)  # else rows that came after the checkpoint would be there twice
+        super().__init__(str(folder))
+        for row in before:
+            self.write({key: float(text) for key, text in row.items() if text}, {})
+
+    def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
+        """Add one point to each curve.
+
+        :param key_values: names and values, with the env steps so far
+        :param key_excluded: unused: all of ``progress.csv`` is shown
+        :param step: agent steps so far, unused: the axis is env steps
+        """
+        shown = {key: value for key, value in key_values.items() if key not in NOT_REPEATABLE}
+        super().write(shown, dict.fromkeys(shown, ()), int(key_values[STEPS]))
 
 
 def read_progress(cell: Cell) -> pd.DataFrame:
