@@ -90,8 +90,6 @@ def test_without_value_normalisation_it_is_plain_ppo() -> None:
 
 
 class AtUpdates(BaseCallback):
-    """What the logger and the optimiser held after each update."""
-
     def __init__(self) -> None:
         super().__init__()
         self.logged: list[dict[str, Any]] = []

@@ -32,7 +32,6 @@ def corridor_after(slots: int, scenario: Scenario = CORRIDOR) -> Simulator:
 
 
 def played(scenario: Scenario, seed: int, num_games: int = 2, slots: int = 3) -> Simulator:
-    """Some games after some random slots."""
     simulator = Simulator(scenario, num_games, seed)
     rng = np.random.default_rng(seed)
     for _ in range(slots):

@@ -30,7 +30,6 @@ def corridor_env(**kwargs: Any) -> LawnEnv:
 
 
 def moves(env: LawnEnv, **displacements: int) -> dict[str, int]:
-    """Actions along x for some UAVs."""
     return {agent: action(env.action_table, dx, 0, 0) for agent, dx in displacements.items()}
 
 

@@ -25,7 +25,6 @@ def corridor_env(continuation: Continuation, **kwargs: Any) -> TrainingEnv:
 
 
 def moves(env: TrainingEnv, *displacements: int) -> dict[str, int]:
-    """Actions along x, one per agent."""
     table = env.simulator.rules.actions
     return {agent: action(table, dx, 0, 0) for agent, dx in zip(env.agents, displacements, strict=True)}
 

@@ -30,7 +30,6 @@ def small_cell(tmp_path: Path) -> Cell:
 
 @pytest.fixture
 def checkpoint_every(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
-    """Sets the env steps between two checkpoints."""
     original = Checkpoints.__init__
 
     def choose(every: int) -> None:
@@ -44,5 +43,4 @@ def checkpoint_every(monkeypatch: pytest.MonkeyPatch) -> Callable[[int], None]:
 
 @pytest.fixture
 def often(checkpoint_every: Callable[[int], None]) -> None:
-    """A checkpoint after every rollout."""
     checkpoint_every(1)

@@ -25,7 +25,6 @@ class StraightPlayer:
         """Nothing to prepare."""
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Compare all moves."""
         state = simulator.state
         ends = state.position[:, :, None] + simulator.rules.actions
         return np.asarray(np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1))

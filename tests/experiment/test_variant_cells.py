@@ -28,7 +28,6 @@ POLICIES = {"masked": MaskableMAPPO, "recurrent": RecurrentMAPPO, "separate_acto
 
 @pytest.fixture(params=POLICIES)
 def cell(request: pytest.FixtureRequest, small_cell: Cell) -> Cell:
-    """A small cell of each policy."""
     return replace(small_cell, method=small_cell.method.model_copy(update={"policy": request.param}))
 
 

@@ -22,7 +22,6 @@ def ignore(env_steps: int) -> None:
 
 
 def interrupted_at(limit: int) -> Callable[[int], None]:
-    """A progress report that ends the training."""
 
     def report(env_steps: int) -> None:
         if env_steps >= limit:
@@ -32,7 +31,6 @@ def interrupted_at(limit: int) -> Callable[[int], None]:
 
 
 def parameters(cell: Cell) -> dict[str, th.Tensor]:
-    """The weights a run left."""
     _, saved, _ = load_from_zip_file(cell.directory / "model.zip", load_data=False)
     return dict(saved["policy"])
 

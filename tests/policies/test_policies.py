@@ -40,7 +40,6 @@ def policy(request: pytest.FixtureRequest) -> CTDEPolicy:
 
 
 def probabilities(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
-    """The action distribution for each flat observation."""
     with th.no_grad():
         distribution: Any = policy.get_distribution(th.as_tensor(flat)).distribution
     return np.asarray(distribution.probs)

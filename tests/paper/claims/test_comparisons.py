@@ -11,7 +11,6 @@ from tests.handmade import evidence, flown_by_seed, method_of, recipe_of_parts
 
 
 def lead(own: list[list[float]], other: list[list[float]]) -> Finding:
-    """Whether V(x) earns more than QMIX."""
     found = evidence(flown_by_seed("mappo", utility_mbps=own), flown_by_seed("qmix", utility_mbps=other))
     return better_than(found, "utility_mbps", ["mappo"], ["qmix"])
 

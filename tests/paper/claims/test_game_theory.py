@@ -10,7 +10,6 @@ from tests.handmade import evidence, flown_by_seed, recipe_of_parts
 
 
 def judged(**utilities_mbps: list[list[float]]) -> Finding:
-    """Both forms and the planner, seed by seed."""
     found = {name.replace("_", "-"): values for name, values in utilities_mbps.items()}
     return welfare_maximising(evidence(*(flown_by_seed(role, utility_mbps=own) for role, own in found.items())))
 
@@ -57,7 +56,6 @@ def test_fairness_is_judged_on_average_and_episode_by_episode() -> None:
 
 
 def cycles(*gains: tuple[float, float]) -> Evidence:
-    """Cycles of deviations with these gains, of rates and of log-rates."""
     rows = pd.DataFrame(gains, columns=["rate_gain_mbps", "log_rate_gain"])
     return evidence(deviation_cycles=rows)
 

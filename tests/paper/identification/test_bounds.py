@@ -39,7 +39,6 @@ def reward_bounds(
 
 
 def bounds_of(scenario: Scenario, episodes: int, seed: int, figures: dict[str, float]) -> tuple[float, float]:
-    """The bounds for a player that was evaluated."""
     legs = draw_legs(scenario, episodes, seed)
     return reward_bounds(scenario, legs, figures["rate_mbps"], figures["makespan_slots"], rate_unit_mbps(scenario))
 

@@ -21,13 +21,11 @@ from tests.paper.identification.wanderer import Wanderer
 
 @pytest.fixture(scope="module")
 def calls() -> list[tuple[int, int]]:
-    """What the progress callback was told."""
     return []
 
 
 @pytest.fixture(scope="module")
 def result(calls: list[tuple[int, int]]) -> Identification:
-    """A short identification with one other player."""
     others = {"CTDE-MAPPO": Wanderer()}
     return identify(100, seed=1, others=others, progress=lambda done, total: calls.append((done, total)))
 

@@ -71,7 +71,6 @@ class PickyPlayer(Wanderer):
     """Flies straight, but only in the rate unit it knows; otherwise it hovers."""
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Hover among strangers."""
         actions = super().act(simulator)
         return actions if simulator.scenario.rate_unit == "lone-uav" else np.zeros_like(actions)
 

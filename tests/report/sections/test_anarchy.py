@@ -20,7 +20,6 @@ RECIPE = recipe_with({key: player(key) for key in METHODS}, seeds=[0], evaluatio
 
 
 def guaranteed(mbps: float) -> dict[str, pd.DataFrame | str]:
-    """What every UAV is guaranteed."""
     return {"guaranteed": pd.DataFrame({"episode": [0, 0, 1, 1], "uav": [0, 1, 0, 1], "guaranteed_mbps": mbps})}
 
 

@@ -20,7 +20,6 @@ def results() -> Results:
 
 
 def picture_of(results: Results) -> Picture:
-    """The only part of the section."""
     return picture_in(section(results), "fairness_tradeoff")
 
 
