@@ -4,14 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 import pytest
 
-from lawn_sb3.algos.iql import IQL
-from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.checkpoint import HasMemory
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Method
@@ -81,19 +77,3 @@ def test_a_finished_run_plays_as_it_was_evaluated(tmp_path: Path) -> None:
     saved = pd.read_csv(cell.directory / SAMPLED_FILE)
     assert (sampled["slots"] == saved["slots"]).all()
     assert (sampled["reward"] != rows[0]["reward"]).any()
-
-
-def test_iql_has_the_memory_that_checkpoints_keep(tmp_path: Path) -> None:
-    model = build_model(small_iql_cell(tmp_path))
-    assert isinstance(model, IQL)
-    assert isinstance(model, HasMemory)
-    model.learn(12 * model.n_envs)
-    other = build_model(small_iql_cell(tmp_path))
-    assert isinstance(other, IQL)
-    other.restore_memory(model.memory())
-    assert other.action_space.sample() == model.action_space.sample()
-    for one, same in zip(model.learners, other.learners, strict=True):
-        assert one.replay_buffer is not None
-        assert same.replay_buffer is not None
-        assert one.replay_buffer.pos == same.replay_buffer.pos == 12
-        np.testing.assert_array_equal(one.replay_buffer.next_observations, same.replay_buffer.next_observations)

@@ -22,7 +22,7 @@ from lawn_sb3.paper.identification.candidates import PAPER
 from lawn_sb3.paper.identification.possible import bounds_table
 from lawn_sb3.paper.identification.reward import TERMS, reward_terms
 from lawn_sb3.scenario import Scenario
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 BETAS = st.floats(0.01, 0.95)
 EVEN = PAPER.changed(num_uavs=1, path_loss_exponent=1e-12)

@@ -16,7 +16,7 @@ from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPE
 from lawn_sb3.paper.identification.findings import findings
 from lawn_sb3.paper.identification.random_row import TESTED, episode_figures, link_budget_interval, z_scores
 from lawn_sb3.paper.standard_error import standard_error, verdict
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.identification.candidates import PAPER, candidates
 from lawn_sb3.paper.identification.reward import TERMS, accumulated_reward, linear_table, other_rows, reward_terms
 from lawn_sb3.paper.printed_values import TABLE_II
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 
 @settings(max_examples=25)
