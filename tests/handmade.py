@@ -137,3 +137,9 @@ def evidence(
     dull = [flown(own["method"].iloc[0], seed) for own in alone for seed in own["seed"].unique()]
     tables = {"curves": pd.concat(curves, ignore_index=True)} if curves else {}
     return Evidence(results_of(recipe or recipe_of_parts(), *episodes, *dull, **tables, checks=checks))
+
+
+def measured(column: str, num_uavs: int = 1, **methods: Sequence[Sequence[Any]]) -> Evidence:
+    """What these values of one column say, by method, with an underscore for a hyphen, and by seed."""
+    named = {name.replace("_", "-"): values for name, values in methods.items()}
+    return evidence(*(flown_by_seed(name, num_uavs, **{column: values}) for name, values in named.items()))
