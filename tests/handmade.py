@@ -139,7 +139,7 @@ def evidence(
     return Evidence(results_of(recipe or recipe_of_parts(), *episodes, *dull, **tables, checks=checks))
 
 
-def measured(column: str, num_uavs: int = 1, **methods: Sequence[Sequence[Any]]) -> Evidence:
+def measured(column: str, num_uavs: int = 1, /, **methods: Sequence[Sequence[Any]]) -> Evidence:
     """What these values of one column say, by method, with an underscore for a hyphen, and by seed."""
     named = {name.replace("_", "-"): values for name, values in methods.items()}
     return evidence(*(flown_by_seed(name, num_uavs, **{column: values}) for name, values in named.items()))

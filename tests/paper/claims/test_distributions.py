@@ -37,7 +37,7 @@ def test_one_of_two_forms_larger_is_partly_and_equal_is_not_larger() -> None:
 def test_unevenness_is_that_within_an_episode() -> None:
     # Two UAVs: 0 and 30 has a Gini coefficient of 1/2, 15 and 15 of 0, whatever the other episodes have.
     uneven, even = [0.0, 30.0, 0.0, 30.0], [15.0, 15.0, 90.0, 90.0]
-    found = measured("utility_mbps", num_uavs=2, mappo=[uneven] * 2, qmix=[even] * 2)
+    found = measured("utility_mbps", 2, mappo=[uneven] * 2, qmix=[even] * 2)
     finding = larger(found, "gini", ["mappo"], ["qmix"])
     assert finding.verdict == "reproduced"
     assert "MAPPO: 0.500 [0.500, 0.500]; QMIX: 0.000 [0.000, 0.000]" in finding.figure
