@@ -8,15 +8,18 @@ from typing import Annotated, Any
 
 import typer
 
-from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, say
+from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, print_figures, say
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.measures import standard_errors, summarize
 from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, REPOSITORY
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
+from lawn_sb3.experiment.run_directory.progress import STEPS, read_progress
+from lawn_sb3.experiment.run_directory.reading import read_evaluation
 from lawn_sb3.experiment.train import run_cell, try_method
 from lawn_sb3.experiment.validation import honest_label
 from lawn_sb3.scenario import load_scenario
@@ -81,11 +84,17 @@ def train(
         say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
     else:
         say(f"{out} holds this run already, finished")
-    steps = read_progress(cell)[STEPS].iloc[-1]
+    _show_result(cell)
+
+
+def _show_result(cell: Cell) -> None:
+    """Print what a finished run came to."""
+    steps = int(read_progress(cell)[STEPS].iloc[-1])
     if steps != cell.method.env_steps:
-        say(f"trained {steps:,} env steps: whole rollouts, so more than the {cell.method.env_steps:,} asked for")
+        say(f"trained {steps:,} env steps: whole rollouts, so not just the {cell.method.env_steps:,} asked for")
     rows = read_evaluation(cell)
-    print_figures(summarize(rows), False, f"{cell.method.label}, {steps:,} env steps", standard_errors(rows))
+    title = f"{cell.method.label} after {steps:,} env steps, {cell.evaluation.episodes} episodes"
+    print_figures(summarize(rows), False, title, standard_errors(rows))
 
 
 def _cell_of_recipe(path: Path, name: str) -> Cell:

@@ -22,7 +22,6 @@ from tests.algos.small import NUM_GAMES, VECTOR, acts, some_observations, team, 
 
 
 def a_batch(model: QMIX, **changes: Any) -> JointSamples:
-    """What the small games gave."""
     return model.replay_buffer.sample(64)._replace(**changes)
 
 
@@ -121,8 +120,6 @@ def test_every_uav_tosses_its_own_coin() -> None:
 
 
 class Seen(BaseCallback):
-    """Exploration, learning rate and number of updates at each vector step."""
-
     def __init__(self) -> None:
         super().__init__()
         self.rows: list[tuple[float, float, int]] = []

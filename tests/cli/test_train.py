@@ -3,21 +3,23 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from tests.cli.running import exit_status
+from tests.cli.running import QUICK, Lawn, exit_status
 
 PAPER = str(REPOSITORY / "runs" / "paper.yaml")
 
 
 @pytest.fixture
 def trained(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Cell]:
-    """The cell that ``train`` with some options would train."""
     cells: list[Cell] = []
     monkeypatch.setattr("lawn_sb3.cli.train.run_cell", lambda cell, advance: cells.append(cell))
+    monkeypatch.setattr("lawn_sb3.cli.train._show_result", lambda cell: None)
 
     def train(*options: str) -> Cell:
         assert exit_status("train", "--out", tmp_path / "mine", *options) == 0
@@ -49,3 +51,18 @@ def test_options_change_what_they_name_alone(trained: Callable[..., Cell]) -> No
 
 def test_a_method_whose_learners_share_a_network_is_labelled_as_such(trained: Callable[..., Cell]) -> None:
     assert trained("--algo", "iql", "-params", "share_parameters=true").method.label == "mine, shared network"
+
+
+def test_a_training_ends_with_what_it_reached_and_how_long_it_was(
+    lawn: Lawn, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "120")
+    said = lawn("train", "--out", tmp_path / "mine", "--num-games", "2", "--env-steps", "100", *QUICK)
+    assert "trained 128 env steps: whole rollouts, so not just the 100 asked for" in said.err
+    rows = {line.split()[1]: line.split() for line in said.out.splitlines() if line.startswith("│")}
+    assert rows["utility"][-2] == "Mbps"
+    summary = summarize(pd.read_csv(tmp_path / "mine" / "evaluation.csv"))
+    assert rows["success"][3] == f"{summary['success_percent']:.3f}"
+    assert "±" in rows["reward"]
+    again = lawn("train", "--out", tmp_path / "mine", "--num-games", "2", "--env-steps", "100", *QUICK)
+    assert again.out == said.out

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.evaluation import evaluation_games, fly
-from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets, trajectories
+from lawn_sb3.experiment.evaluation import evaluate, evaluation_games, fly
+from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets, trajectories
 from lawn_sb3.experiment.run_directory.files import evaluation_columns
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.player import RandomPlayer
@@ -79,7 +79,6 @@ class WaitingPlayer:
         """Nothing to prepare."""
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Compare all moves; action 0 hovers."""
         state = simulator.state
         ends = state.position[:, :, None] + simulator.rules.actions
         straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)
