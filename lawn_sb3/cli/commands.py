@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import io
+import sys
+
 import typer
 
 from lawn_sb3.cli import models, plans, recipes, tools, train
@@ -22,6 +25,9 @@ for group in (train.app, models.app, plans.app, recipes.app, tools.app):
 
 def run() -> None:
     """Run the command that the arguments name."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal without Unicode gets question marks
     try:
         app()
     except UserError as error:

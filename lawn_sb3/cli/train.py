@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,8 +18,7 @@ from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_me
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, REPOSITORY
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
-from lawn_sb3.experiment.run_directory.progress import STEPS, read_progress
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, PROVENANCE_FILE
 from lawn_sb3.experiment.run_directory.reading import read_evaluation
 from lawn_sb3.experiment.train import run_cell, try_method
 from lawn_sb3.experiment.validation import honest_label
@@ -89,7 +89,8 @@ def train(
 
 def _show_result(cell: Cell) -> None:
     """Print what a finished run came to."""
-    steps = int(read_progress(cell)[STEPS].iloc[-1])
+    record = json.loads((cell.directory / PROVENANCE_FILE).read_text(encoding="utf-8"))
+    steps = record.get("trained_env_steps", cell.method.env_steps)
     if steps != cell.method.env_steps:
         say(f"trained {steps:,} env steps: whole rollouts, so not just the {cell.method.env_steps:,} asked for")
     rows = read_evaluation(cell)

@@ -54,6 +54,7 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     else:
         model, watch, resumed_at = _train(cell, progress)
         record["resumed_at_env_steps"] = resumed_at
+        record["trained_env_steps"] = watch.env_steps
         record["train_seconds"] = round(watch.seconds, 1)
         player = ModelPlayer(model, cell.key, cell.evaluation.deterministic)
     start = time.perf_counter()

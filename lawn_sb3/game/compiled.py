@@ -17,7 +17,8 @@ Parameters = ParamSpec("Parameters")
 Result = TypeVar("Result")
 
 _SOURCES = sorted(Path(__file__).parent.parent.rglob("*.py"))
-_DIGEST = hashlib.sha256(b"".join(path.read_bytes() for path in _SOURCES if "njit" in path.read_text())).hexdigest()
+_COMPILED = (path.read_bytes() for path in _SOURCES if b"njit" in path.read_bytes())
+_DIGEST = hashlib.sha256(b"".join(_COMPILED)).hexdigest()
 
 if not numba.config.CACHE_DIR:  # type: ignore[attr-defined]
     numba.config.CACHE_DIR = str(Path(__file__).parent / "__pycache__" / f"numba-{_DIGEST[:16]}")  # type: ignore[attr-defined]

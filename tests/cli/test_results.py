@@ -44,10 +44,10 @@ def test_reproduce_ends_with_the_comparison_to_the_reference(lawn: Lawn) -> None
     assert done.out.count("equal to the last digit") == 2  # both methods
     assert Path("runs/tiny/report/against_reference.md").exists()
     rows = Path("runs/reference/tiny/mappo/seed-0/evaluation.csv")
-    lines = rows.read_text().splitlines()
+    lines = rows.read_text(encoding="utf-8").splitlines()
     episode, uav, _, *others = lines[1].split(",")
     lines[1] = ",".join([episode, uav, "99", *others])
-    rows.write_text("\n".join(lines) + "\n")
+    rows.write_text("\n".join(lines) + "\n", encoding="utf-8")
     assert lawn("reproduce", "runs/tiny.yaml").out.count("equal to the last digit") == 1
 
 
@@ -67,7 +67,7 @@ def test_an_unfinished_run_is_not_exported_and_what_is_kept_stays(lawn: Lawn) ->
 
 def test_a_folder_that_is_no_export_is_not_written_to(lawn: Lawn) -> None:
     Path("mine/report").mkdir(parents=True)
-    Path("mine/report/notes.txt").write_text("keep me")
+    Path("mine/report/notes.txt").write_text("keep me", encoding="utf-8")
     assert "'mine' holds something else" in lawn("export", "runs/tiny.yaml", "--to", "mine", status=2).err
     assert [path.name for path in Path("mine").rglob("*.*")] == ["notes.txt"]
 
@@ -93,7 +93,7 @@ def test_kept_weights_are_verified_too(lawn: Lawn) -> None:
 def test_identify_prints_one_json_object_and_writes_a_page(lawn: Lawn) -> None:
     done = lawn("identify", "--episodes", "20", "--json", "--out", "found")
     assert json.loads(done.out)["episodes"] == 20
-    assert json.loads(Path("found/identify.json").read_text())["findings"]
+    assert json.loads(Path("found/identify.json").read_text(encoding="utf-8"))["findings"]
     assert Path("found/README.md").read_text(encoding="utf-8").startswith("# What the paper")
     assert "no trained players" in done.err
 

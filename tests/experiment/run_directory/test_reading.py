@@ -35,16 +35,16 @@ def remove(path: Path) -> None:
 
 
 def empty(path: Path) -> None:
-    path.write_text("")
+    path.write_text("", encoding="utf-8")
 
 
 def cut_inside_the_last_number(path: Path) -> None:
-    content = path.read_text().rstrip("\n")
-    path.write_text(content[:-1])
+    content = path.read_text(encoding="utf-8").rstrip("\n")
+    path.write_text(content[:-1], encoding="utf-8")
 
 
 def cut_the_last_line(path: Path) -> None:
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+    path.write_text("".join(path.read_text(encoding="utf-8").splitlines(keepends=True)[:-1]), encoding="utf-8")
 
 
 def fill_with_garbage(path: Path) -> None:
@@ -52,7 +52,7 @@ def fill_with_garbage(path: Path) -> None:
 
 
 def replace_by_another_table(path: Path) -> None:
-    path.write_text("city,people\nBath,94000\n")
+    path.write_text("city,people\nBath,94000\n", encoding="utf-8")
 
 
 def replace_by_a_directory(path: Path) -> None:
