@@ -126,17 +126,12 @@ def test_any_scenario_survives_yaml(tmp_path_factory: pytest.TempPathFactory, sc
     assert load_scenario(str(path)) == scenario
 
 
-def test_file_needs_only_what_differs_and_is_named_after_itself(tmp_path: Path) -> None:
+def test_file_needs_only_what_differs_and_is_named_after_itself_and_overrides_go_over_it(tmp_path: Path) -> None:
     path = tmp_path / "crowded.yml"
     path.write_text("num_uavs: 8\nrb_bandwidth_hz: 360e3\n", encoding="utf-8")
-    assert load_scenario(str(path)) == PAPER.changed(name="crowded", num_uavs=8, rb_bandwidth_hz=360e3)
-
-
-def test_overrides_go_over_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "crowded.yaml"
-    path.write_text("num_uavs: 8\nmax_slots: 50\n", encoding="utf-8")
-    scenario = load_scenario(str(path), ["num_uavs=6"])
-    assert (scenario.num_uavs, scenario.max_slots) == (6, 50)
+    crowded = PAPER.changed(name="crowded", num_uavs=8, rb_bandwidth_hz=360e3)
+    assert load_scenario(str(path)) == crowded
+    assert load_scenario(str(path), ["num_uavs=6"]) == crowded.changed(num_uavs=6)
 
 
 # Refusals

@@ -136,12 +136,6 @@ def test_return_statistics_are_logged() -> None:
     assert seen.logged[-1]["train/return_std"] == model.policy.value_net.std.item()
 
 
-def test_success_rate_and_reward_of_missions_reach_sb3_s_log() -> None:
-    model = learner().learn(3 * ROLLOUT)
-    assert model.ep_info_buffer
-    assert set(model.ep_success_buffer or []) == {False, True}  # untrained: some arrive by chance, most do not
-
-
 @pytest.mark.parametrize("normalize_value", [True, False])
 def test_the_stock_mlp_policy_learns_too(normalize_value: bool, tmp_path: Path) -> None:
     model = learner("MlpPolicy", normalize_value=normalize_value)

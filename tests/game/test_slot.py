@@ -162,23 +162,20 @@ def test_move_out_of_the_airspace_follows_its_reading(reading: str, x: int) -> N
     assert xs(game) == [x]
 
 
-def test_uav_that_has_arrived_leaves_its_rbs_and_voxel() -> None:
-    game = lane_game((0, 1), (3, 0), arrived_uav="leaves")
+@pytest.mark.parametrize(
+    ("reading", "loads", "collided", "rate_mbps"),
+    [("leaves", [0, 1, 0], False, 20.0), ("stays", [1, 1, 0], True, 10.0)],
+)
+def test_uav_that_has_arrived_keeps_its_rbs_and_voxel_if_it_stays(
+    reading: str, loads: list[int], collided: bool, rate_mbps: float
+) -> None:
+    game = lane_game((0, 1), (3, 0), arrived_uav=reading)
     fly(game, 1, 0)
-    assert game.state.cell_load.tolist() == [[0, 1, 0]]
+    assert game.state.cell_load.tolist() == [loads]
     outcome = fly(game, 0, -2)
-    assert outcome.collided.tolist() == [[False, False]]
-    assert outcome.rate_mbps[0] == pytest.approx([0.0, 20.0])
-
-
-def test_uav_that_has_arrived_can_keep_its_rbs_and_voxel() -> None:
-    game = lane_game((0, 1), (3, 0), arrived_uav="stays")
-    fly(game, 1, 0)
-    assert game.state.cell_load.tolist() == [[1, 1, 0]]
-    outcome = fly(game, 0, -2)
-    assert outcome.collided.tolist() == [[False, True]]
-    assert outcome.cell_load.tolist() == [[0, 2]]
-    assert outcome.rate_mbps[0] == pytest.approx([0.0, 10.0])
+    assert outcome.collided.tolist() == [[False, collided]]
+    assert outcome.cell_load.tolist() == [[0, 1 + collided]]
+    assert outcome.rate_mbps[0] == pytest.approx([0.0, rate_mbps])
 
 
 @pytest.mark.parametrize(("reading", "x", "arrived"), [("slot-end", 2, False), ("fly-through", 1, True)])
