@@ -82,10 +82,7 @@ def assert_equal_runs(one: Cell, other: Cell) -> None:
 
 
 def resumed(cell: Cell, limit: int) -> list[int]:
-    """Interrupt a cell's training and resume it; it must leave what an uninterrupted one does.
-
-    Returns the env steps that were reported after the interruption.
-    """
+    """Env steps reported by a training once it is resumed, which has to leave what an uninterrupted one does."""
     whole = replace(cell, directory=cell.directory.with_name("whole"))
     run_cell(whole, ignore)
     interrupt(cell, limit)

@@ -6,7 +6,6 @@ from its GBS. There the SNR is 150 / 50 = 3, and an RB of 1 MHz carries log2(1 +
 gets all, 20 Mbps; two get 5 each, 10 Mbps; three get floor(10 / 3) = 3 each, 6 Mbps.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -15,28 +14,12 @@ import pytest
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.state import Outcome
-from lawn_sb3.scenario import Scenario
+from tests.envs.corridor import CORRIDOR
 
-LANE = Scenario(
-    name="lane",
-    num_uavs=2,
-    width_voxels=6,
-    length_voxels=1,
-    max_altitude_m=10.0,
-    max_voxel_steps=2,
-    max_slots=4,
-    gbs_grid=(3, 1),
-    rbs_per_gbs=10,
-    rb_bandwidth_hz=1e6,
-    tx_power_dbm=10.0 * math.log10(150.0),
-    ref_gain_db=0.0,
-    noise_density_dbm_hz=-60.0,  # 0 dBm over 1 MHz
-    ema_beta=0.5,
-    nav_weight=0.5,
-    collision_penalty=1.0,
-    fail_penalty=5.0,
-    rate_unit="mbps",
-)
+LANE = CORRIDOR.changed(
+    name="lane", width_voxels=6, max_voxel_steps=2, max_slots=4, gbs_grid=(3, 1), rbs_per_gbs=10, nav_weight=0.5,
+    collision_penalty=1.0, fail_penalty=5.0,
+)  # fmt: skip
 
 
 def lane_game(*missions: tuple[int, int], **changes: Any) -> Simulator:
