@@ -16,8 +16,6 @@ from policies.centralized_critic import CentralizedCriticPolicy
 from policies.state_critic import StateCriticPolicy
 from tests.algos.small import ROLLOUT, acts, learner, parameters, small_env, some_observations
 
-# --- save and load -------------------------------------------------------------------------------------------------
-
 
 @pytest.fixture(scope="module")
 def trained() -> Any:
@@ -63,9 +61,6 @@ def test_plain_ppo_and_other_layers_survive_save_and_load(tmp_path: Path) -> Non
     assert (loaded.policy.value_net.mean.item(), loaded.policy.value_net.std.item()) == (0.0, 1.0)
     assert acts(loaded, observations) == acts(model, observations)
     np.testing.assert_array_equal(parameters(loaded), parameters(model))
-
-
-# --- what MAPPO adds to PPO ----------------------------------------------------------------------------------------
 
 
 def test_without_value_normalisation_it_is_plain_ppo() -> None:

@@ -37,9 +37,6 @@ def ends(simulator: Simulator, game: int, uavs: np.ndarray) -> list[tuple[int, .
     return [tuple(v) for v in [*state.position[game, uavs].tolist(), *state.destination[game, uavs].tolist()]]
 
 
-# Seeds
-
-
 @BOTH
 def test_same_seed_gives_the_same_games(continuation: Continuation) -> None:
     one, other = (Simulator(SMALL, 3, seed=7, continuation=continuation) for _ in range(2))
@@ -72,9 +69,6 @@ def test_reset_with_a_seed_starts_over_and_without_goes_on() -> None:
     np.testing.assert_array_equal(simulator.state.position, first)
 
 
-# Snapshots
-
-
 @BOTH
 def test_restored_snapshot_goes_on_as_if_nothing_had_happened(continuation: Continuation) -> None:
     simulator = Simulator(SMALL, 3, seed=7, continuation=continuation)
@@ -90,9 +84,6 @@ def test_restored_snapshot_goes_on_as_if_nothing_had_happened(continuation: Cont
 def test_snapshot_of_another_shape_is_refused() -> None:
     with pytest.raises(UserError, match=r"\(3, 4, 3\).*\(2, 4, 3\)"):
         Simulator(PAPER, 2, seed=7).restore(Simulator(PAPER, 3, seed=7).snapshot())
-
-
-# Missions
 
 
 @given(scenario=scenarios(), seed=SEEDS)
@@ -125,9 +116,6 @@ def test_refused_missions_leave_the_game_as_it_was() -> None:
     with pytest.raises(UserError, match="origins have shape"):
         simulator.reset(missions=Missions(np.zeros((2, 3), dtype=int), np.ones((2, 3), dtype=int)))
     np.testing.assert_array_equal(simulator.state.position, before)
-
-
-# Going on
 
 
 def test_episode_restarts_a_game_only_once_all_its_uavs_are_done() -> None:
@@ -183,9 +171,6 @@ def test_nothing_happens_to_uavs_that_are_down_until_they_go_on() -> None:
     assert [np.count_nonzero(field) for field in later.outcome] == [0] * len(later.outcome)
 
 
-# In-time moves
-
-
 @given(seed=SEEDS, slack=st.integers(0, 3))
 def test_whoever_keeps_to_in_time_moves_arrives_in_time(seed: int, slack: int) -> None:
     simulator, rng = Simulator(PAPER.changed(num_uavs=5), 3, seed, "episode"), np.random.default_rng(seed)
@@ -208,18 +193,12 @@ def test_in_time_moves_never_outlast_the_deadline() -> None:
         assert not simulator.step(allowed.argmax(axis=-1)).timed_out.any()  # hovers for as long as it may
 
 
-# Sizes
-
-
 def test_as_printed_airspace_plays() -> None:
     simulator = Simulator(PRESETS["as-printed"], 5, seed=7)
     for played in random_play(simulator, seed=1, slots=100):
         assert (played.state.position < (100, 100, 30)).all()
         assert (played.outcome.rate_mbps[played.flew] > 0).all()
     assert not simulator.state.flying.any()
-
-
-# Refusals
 
 
 @pytest.mark.parametrize(
@@ -259,9 +238,6 @@ def test_actions_that_do_not_exist_are_refused(actions: np.ndarray, said: list[s
 def test_impossible_simulator_is_refused(arguments: dict[str, Any], said: str) -> None:
     with pytest.raises(UserError, match=said):
         Simulator(**{"scenario": PAPER, **arguments})
-
-
-# Table II
 
 
 def test_random_play_gives_the_random_row_of_table_ii() -> None:

@@ -135,9 +135,6 @@ def test_arrival_in_the_slot_of_the_deadline_is_in_time() -> None:
     assert last.utility_mbps[0] == pytest.approx([15.0])
 
 
-# Readings
-
-
 @pytest.mark.parametrize(("reading", "x"), [("clip", 0), ("hover", 1)])
 def test_move_out_of_the_airspace_follows_its_reading(reading: str, x: int) -> None:
     game = lane_game((1, 5), out_of_bounds=reading)

@@ -154,9 +154,6 @@ def test_a_curve_may_have_gaps_but_only_numbers(damaged: Cell) -> None:
         read_progress(damaged)
 
 
-# Tables that do not fit each other
-
-
 def test_slots_and_paths_of_another_run_are_refused(small_cells: list[Cell]) -> None:
     random, mappo = (next(cell for cell in small_cells if cell.key == key) for key in ("random", "mappo"))
     for name, read in (("slots.csv", read_slots), ("paths.csv", read_paths)):
