@@ -61,8 +61,13 @@ def whole(about: str, unit: str = "", low: float = -MOST, high: float = MOST) ->
 
 def flag(about: str) -> pa.Column:
     """A column of truth values."""
-    parser = pa.Parser(lambda texts: texts.map({"True": True, "False": False}))
-    return pa.Column("bool", pa.Check.isin([True, False], error="must be True or False"), parser, description=about)
+
+    def parse(texts: pd.Series) -> pd.Series:
+        flags = texts.map({"True": True, "False": False})
+        return flags if flags.hasnans else flags.astype(bool)  # where there are none, pandas cannot tell their type
+
+    check = pa.Check.isin([True, False], error="must be True or False")
+    return pa.Column("bool", check, pa.Parser(parse), description=about)
 
 
 def write_rows(path: Path, rows: pd.DataFrame) -> None:
