@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lawn_sb3.experiment.find_policy import policy_digest
+from lawn_sb3.experiment.policy_digest import policy_digest
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
 from lawn_sb3.scenario import Scenario
 
