@@ -27,21 +27,10 @@ class Place(NamedTuple):
     path: Path
 
 
-def policy_folders() -> list[Path]:
-    """Where policies are looked for.
-
-    :return: ``policies/`` in the working directory, then the kit's own
-    """
+def _folders() -> list[Path]:
+    """``policies/`` in the working directory, then the kit's own."""
     folders = [Path.cwd() / "policies", REPOSITORY / "policies"]
     return [folder for folder in dict.fromkeys(folders) if folder.is_dir()]
-
-
-def policy_files() -> dict[str, Path]:
-    """The policies that lie in files.
-
-    :return: file by name
-    """
-    return {path.stem: path for folder in policy_folders() for path in sorted(folder.glob("[!_]*.py"))}
 
 
 def locate(name: str) -> Place:
@@ -54,7 +43,8 @@ def locate(name: str) -> Place:
     if ":" in name:
         module, _, attribute = name.partition(":")
         return _module_place(f"policy {name!r}", module, attribute)
-    files, registered = policy_files(), {point.name: point for point in entry_points(group=ENTRY_POINTS)}
+    files = {path.stem: path for folder in _folders() for path in sorted(folder.glob("[!_]*.py"))}
+    registered = {point.name: point for point in entry_points(group=ENTRY_POINTS)}
     if name in files and name in registered:
         raise UserError(f"policy {name!r} is both {str(files[name])!r} and {_told(registered[name])}: rename your file")
     if name in registered:
@@ -62,7 +52,7 @@ def locate(name: str) -> Place:
         return _module_place(f"policy {name!r}, {_told(point)}", point.module, point.attr)
     if name not in files:
         raise unknown_name("policy", name, [*files, *registered, "package.module:Class"])
-    same_name = [folder / f"{name}.py" for folder in policy_folders() if (folder / f"{name}.py").exists()]
+    same_name = [folder / f"{name}.py" for folder in _folders() if (folder / f"{name}.py").exists()]
     if len({path.read_bytes() for path in same_name}) > 1:
         raise UserError(f"policy {name!r} is both {str(same_name[0])!r} and one of the kit's own: rename your file")
     return Place(f"policy {name!r}", f"policies.{name}", None, files[name])
