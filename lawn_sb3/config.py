@@ -14,6 +14,22 @@ from lawn_sb3.errors import UserError, unknown_name
 
 Model = TypeVar("Model", bound=BaseModel)
 
+IN_YAML = {
+    "dict_type": "keys and values",
+    "model_type": "keys and values",
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "string_type": "text",
+    "int_type": "a whole number",
+    "int_parsing": "a whole number",
+    "int_from_float": "a whole number",
+    "float_type": "a number",
+    "float_parsing": "a number",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+}
+"""What a value should be, by pydantic's kind of complaint, in the words of those who write YAML."""
+
 
 def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
     """Read a YAML file that must hold a mapping.
@@ -77,8 +93,11 @@ def validated(model: type[Model], values: Mapping[str, Any], where: str) -> Mode
 
 def _first_complaint(error: ValidationError, model: type[BaseModel]) -> str:
     """Pydantic's first complaint in one line, and how many more there are."""
-    errors = error.errors()
-    first = errors[0]
+    first, *others = error.errors()
+    errors = [
+        first,
+        *(other for other in others if other["loc"] != first["loc"][:-1]),
+    ]
     same = [other for other in errors if _about_one_value(first, other)]
     loc = first["loc"][:-1] if len(same) > 1 else first["loc"]
     path = ".".join(str(part) for part in loc)
@@ -87,11 +106,20 @@ def _first_complaint(error: ValidationError, model: type[BaseModel]) -> str:
         return f"{unknown_name('key', str(first['loc'][-1]), _known_keys(model, first['loc']), repr(path))}{more}"
     if first["type"] == "missing":
         return f"{path} is missing{more}"
-    message = ", or ".join(dict.fromkeys(other["msg"].removeprefix("Value error, ") for other in same))
+    if first["loc"][-1:] == ("[key]",):
+        return f"{'.'.join(str(part) for part in first['loc'][:-2])}: the key {first['input']!r} must be text{more}"
+    message = ", or ".join(dict.fromkeys(map(_complaint, same)))
     if not path:
         return f"{message}{more}"
     given = "" if isinstance(first["input"], dict) else f" = {first['input']!r}"
     return f"{path}{given}: {message}{more}"
+
+
+def _complaint(error: ErrorDetails) -> str:
+    """One complaint, in the words of those who write YAML."""
+    if error["type"] in IN_YAML:
+        return f"must be {IN_YAML[error['type']]}"
+    return error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")
 
 
 def _about_one_value(first: ErrorDetails, other: ErrorDetails) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, cast
 
 import numpy as np
 import yaml
@@ -258,6 +258,19 @@ class Scenario(BaseModel):
         mine, theirs = self.model_dump(), preset.model_dump()
         return ", ".join([self.name, *(f"{key}={value}" for key, value in mine.items() if value != theirs[key])])
 
+    def source(self, key: str) -> Source | Literal["preset", "yours"]:
+        """Where the value of a constant comes from.
+
+        :param key: the constant's field
+        :return: for a value of the preset ``paper`` what that says of it, ``preset`` for one of another preset of this
+            name, and ``yours`` for any other
+        """
+        field, value = type(self).model_fields[key], getattr(self, key)
+        if value == field.default:
+            declared: Source = cast("dict[str, Any]", field.json_schema_extra)["source"]
+            return declared
+        return "preset" if self.name in PRESETS and value == getattr(PRESETS[self.name], key) else "yours"
+
     def to_yaml(self) -> str:
         """The scenario as YAML that :func:`load_scenario` reads back."""
         return yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False)
@@ -270,11 +283,12 @@ PRESETS: dict[str, Scenario] = {
 }
 
 
-def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
+def load_scenario(name: str, overrides: Sequence[str] = (), option: str = "--set") -> Scenario:
     """Find a scenario and change some of its constants.
 
     :param name: a preset (``paper``, ``as-printed``, ``tiny``) or the path of a YAML file
     :param overrides: changes written ``key=value``, the value in YAML, such as ``num_uavs=8``
+    :param option: where the changes came from, for the error
     :return: the scenario
     :raises UserError: if there is no such scenario, or it is impossible
     """
@@ -284,4 +298,4 @@ def load_scenario(name: str, overrides: Sequence[str] = ()) -> Scenario:
         values = {"name": Path(name).stem, **read_yaml_mapping(Path(name), "scenario")}
     else:
         raise unknown_name("scenario", name, [*PRESETS, "a path ending in .yaml"])
-    return validated(Scenario, {**values, **parse_overrides(overrides)}, where=f"scenario {name!r}")
+    return validated(Scenario, {**values, **parse_overrides(overrides, option)}, where=f"scenario {name!r}")

@@ -45,22 +45,15 @@ def test_unknown_name_suggests_nothing_far_fetched() -> None:
     ("values", "complaint"),
     [
         ({}, "size is missing"),
-        ({"size": 2, "spare": {"power_w": -3}}, "spare.power_w = -3: Input should be greater than 0"),
+        ({"size": 2, "spare": {"power_w": -3}}, "spare.power_w = -3: must be greater than 0"),
         ({"size": 2, "sizes": 2}, "unknown key 'sizes' (did you mean 'size'?); known: engines, size, spare, speed"),
         (
             {"size": 2, "engines": {"left": {"power": 2}}},
             "unknown key 'engines.left.power' (did you mean 'power_w'?); known: power_w",
         ),
         ({"size": 2, "spare": {"power": 2}}, "unknown key 'spare.power' (did you mean 'power_w'?); known: power_w"),
-        (
-            {"size": 2, "speed": "fast"},
-            "speed = 'fast': Input should be a valid number, unable to parse string as a number, "
-            "or Input should be a valid tuple",
-        ),
-        (
-            {"size": "many", "spare": {"power_w": 0}},
-            "size = 'many': Input should be a valid integer, unable to parse string as an integer (and 1 more)",
-        ),
+        ({"size": 2, "speed": "fast"}, "speed = 'fast': must be a number, or must be a list"),
+        ({"size": "many", "spare": {"power_w": 0}}, "size = 'many': must be a whole number (and 1 more)"),
     ],
     ids=["missing", "bound", "key", "key-in-a-mapping", "key-in-an-optional", "one-of-two-types", "two-mistakes"],
 )

@@ -169,14 +169,14 @@ IMPOSSIBLE: dict[str, tuple[str, ...]] = {
     "width_voxels=0": ("width_voxels = 0", "greater than or equal to 1"),
     "length_voxels=0": ("length_voxels = 0", "greater than or equal to 1"),
     "num_uavs=0": ("num_uavs = 0", "greater than or equal to 1"),
-    "num_uavs=2.5": ("num_uavs = 2.5", "integer"),
+    "num_uavs=2.5": ("num_uavs = 2.5", "whole number"),
     "num_uavs=151": ("num_uavs = 151", "300 voxels", "at most 150"),
     "max_voxel_steps=0": ("max_voxel_steps = 0", "greater than or equal to 1"),
     "max_slots=0": ("max_slots = 0", "greater than or equal to 1"),
     "rbs_per_gbs=0": ("rbs_per_gbs = 0", "1 to 1000000 RBs"),
     "rbs_per_gbs=[10, 0, 10, 10]": ("rbs_per_gbs = (10, 0, 10, 10)", "1 to 1000000 RBs"),
     "rbs_per_gbs=[10, 10]": ("rbs_per_gbs", "2 GBSs", "has 4"),
-    "rbs_per_gbs=many": ("rbs_per_gbs", "'many'", "integer"),
+    "rbs_per_gbs=many": ("rbs_per_gbs", "'many'", "whole number"),
     "gbs_grid=[0, 2]": ("gbs_grid = (0, 2)", "at least 1"),
     "gbs_height_m=-1": ("gbs_height_m = -1", "greater than or equal to 0"),
     "gbs_height_m=15": ("GBS 0", "(25.0, 25.0, 15.0)", "voxel centre"),
@@ -226,7 +226,7 @@ def test_all_voxels_may_be_origins_and_destinations() -> None:
 
 
 def test_changed_refuses_as_loading_does() -> None:
-    with pytest.raises(UserError, match="scenario 'paper': ema_beta = 2: Input should be less than 1"):
+    with pytest.raises(UserError, match="scenario 'paper': ema_beta = 2: must be less than 1"):
         PAPER.changed(ema_beta=2)
 
 

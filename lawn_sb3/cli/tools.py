@@ -23,6 +23,8 @@ from lawn_sb3.whole_files import write_json, write_text
 
 app = typer.Typer()
 
+WIDE_ENOUGH_FOR_SENTENCES = 120
+
 ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
 """Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
 for each; training gives nothing like its IQL row."""
@@ -43,20 +45,26 @@ def scenario_command(
     changes: Changes = [],  # noqa: B006
     as_yaml: Annotated[bool, typer.Option("--yaml", help="print YAML that --scenario FILE.yaml reads")] = False,
 ) -> None:
-    """Show every constant of a scenario: symbol, value, unit, and where the value comes from."""
+    """Show every constant of a scenario: value, unit, the paper's symbol, and where the value comes from.
+
+    Stated in the paper, inferred from its figures, chosen by this kit, of another preset, or yours.
+    """
     chosen = load_scenario(name, changes)
     if as_yaml:
         print(chosen.to_yaml(), end="")
         return
-    table = Table(title=f"scenario {chosen.name}")
-    for heading in ("constant", "symbol", "value", "unit", "source", "what it is"):
-        table.add_column(heading, no_wrap=heading == "constant")
+    console, table = Console(), Table(title=f"scenario {chosen.name}")
+    wide = console.width >= WIDE_ENOUGH_FOR_SENTENCES
+    for heading in ("constant", "symbol", "value", "unit", "source", *(["what it is"] if wide else [])):
+        table.add_column(heading, overflow="fold")
     for key, field in Scenario.model_fields.items():
         extra = field.json_schema_extra
         if isinstance(extra, dict):
-            value = str(getattr(chosen, key))
-            table.add_row(key, str(extra["symbol"]), value, str(extra["unit"]), str(extra["source"]), field.description)
-    Console().print(table)
+            cells = key, str(extra["symbol"]), str(getattr(chosen, key)), str(extra["unit"]), chosen.source(key)
+            table.add_row(*cells, *([field.description] if wide else []))
+    console.print(table)
+    if not wide:
+        say(f"in a window of {WIDE_ENOUGH_FOR_SENTENCES} columns it also says what each constant is")
 
 
 @app.command("identify")

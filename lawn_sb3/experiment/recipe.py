@@ -142,7 +142,7 @@ class Recipe(BaseModel):
         :return: the scenario
         :raises UserError: if there is no such scenario, or it is impossible
         """
-        return load_scenario(self.scenario, self.set)
+        return load_scenario(self.scenario, self.set, "set")
 
     def split(self) -> dict[str, Recipe]:
         """One recipe for each changed game.
@@ -200,7 +200,10 @@ def load_recipe(path: Path) -> Recipe:
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
     recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
-    _check_recipe(recipe)
+    try:
+        _check_recipe(recipe)
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
     return recipe
 
 

@@ -3,9 +3,11 @@
 import re
 
 import pytest
+import yaml
+from pydantic import BaseModel
 
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe, Scaling
-from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.registry import DEFAULT_POLICIES, REPOSITORY
 from lawn_sb3.scenario import Scenario
 from tests.docs.pages import PAGES, blocks, prose
 
@@ -59,6 +61,19 @@ def test_every_page_is_in_the_index_for_readers_of_plain_markdown_and_for_sphinx
 def test_every_key_of_a_scenario_and_of_a_recipe_is_explained(model: type) -> None:
     page = PAGES["docs/scenarios-and-recipes.md"]
     assert [key for key in model.model_fields if f"`{key}`" not in page] == []  # type: ignore[attr-defined]
+
+
+@pytest.mark.parametrize("model", [Recipe, Method, Evaluation])
+def test_the_defaults_of_a_recipe_are_those_that_the_page_names(model: type[BaseModel]) -> None:
+    rows = [line.strip("|").split("|") for line in PAGES["docs/scenarios-and-recipes.md"].splitlines()]
+    named = {row[0].strip(" `"): row[-1].strip() for row in rows if len(row) == 3}
+    for key, field in model.model_fields.items():
+        if field.is_required():
+            assert named[key] in ("must be given", "the file's name")
+        elif isinstance(field.default, str | int) and field.default not in (0, "") and key != "continuation":
+            assert yaml.safe_load(named[key].strip("`")) == field.default
+    own = [f"`{policy}`" for policy in DEFAULT_POLICIES.values()]
+    assert all(policy in named["policy"] for policy in own)
 
 
 def test_no_placeholder_is_left() -> None:

@@ -134,12 +134,17 @@ def test_a_label_says_that_a_network_is_shared(label: str, settings: dict[str, b
             changed(iql=learner(algo="iql", settings={"share_parameters": True})),
             "methods.iql: label = 'M': say 'shared network', as IQL's learners have one there",
         ),
+        ({**GOOD, "seeds": ["one"]}, "seeds.0 = 'one': must be a whole number"),
+        ({**GOOD, "evaluation": 5}, "evaluation = 5: must be keys and values"),
+        ({**GOOD, "set": ["num_uavs"]}, "set 'num_uavs': expected key=value"),
+        ({**GOOD, "methods": {7: {"label": "M", "player": "random"}}}, "methods: the key 7 must be text"),
         (changed(**{"../up": {"label": "M", "player": "random"}}), "names a folder"),
     ],
 )
 def test_a_bad_recipe_is_refused_in_one_line(tmp_path: Path, content: object, expected: str) -> None:
     with pytest.raises(UserError) as refusal:
         load_recipe(written(tmp_path, content))
+    assert str(refusal.value).startswith(f"{tmp_path / 'mine.yaml'}: ")
     assert expected in str(refusal.value)
     assert "\n" not in str(refusal.value)
 

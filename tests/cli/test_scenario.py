@@ -1,0 +1,19 @@
+"""The command that shows a scenario."""
+
+from __future__ import annotations
+
+import pytest
+from typer.testing import CliRunner
+
+from lawn_sb3.cli.commands import app
+
+
+@pytest.mark.parametrize(("columns", "explained"), [("80", False), ("140", True)])
+def test_a_shown_scenario_fits_the_window_and_says_where_each_value_is_from(columns: str, explained: bool) -> None:
+    shown = CliRunner().invoke(app, ["scenario", "as-printed", "--set", "num_uavs=8"], env={"COLUMNS": columns}).stdout
+    assert max(map(len, shown.splitlines())) <= int(columns)
+    rows = {line.split()[1]: line for line in shown.splitlines() if line.startswith("│")}
+    assert "Delta_s" in rows["voxel_size_m"]
+    sources = {"num_uavs": "yours", "width_voxels": "preset", "max_slots": "stated", "tx_power_dbm": "inferred"}
+    assert all(source in rows[key] for key, source in sources.items())
+    assert ("deadline" in shown) == explained
