@@ -55,11 +55,7 @@ def add_scaling(cells: Sequence[Cell], scaling: Scaling, console: Console) -> No
 
 
 def has_regrets(cell: Cell) -> bool:
-    """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to.
-
-    :param cell: the cell
-    :return: false for the bound
-    """
+    """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to."""
     return cell.method.player is None or not flies_alone(load_player(cell))
 
 

@@ -94,11 +94,7 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
 
 
 def flies_alone(player: Player) -> bool:
-    """Whether a player gives every UAV a game of its own: what it earns bounds what others can, nobody can fly it.
-
-    :param player: the player
-    :return: true for a player with ``flies_alone = True``
-    """
+    """Whether a player gives every UAV a game of its own: what it earns bounds what others can, nobody can fly it."""
     return bool(getattr(player, "flies_alone", False))
 
 

@@ -237,12 +237,7 @@ def _check_recipe(recipe: Recipe) -> None:
 
 
 def honest_label(label: str, settings: Mapping[str, Any]) -> str:
-    """A label that says so where IQL's learners share a network and are thus not independent.
-
-    :param label: the label
-    :param settings: settings of the method
-    :return: the label, with ``shared network`` at its end if that is missing
-    """
+    """A label that says so where IQL's learners share a network by their settings, and are thus not independent."""
     return f"{label}, {SHARED}" if settings.get("share_parameters") and SHARED not in label else label
 
 

@@ -85,32 +85,17 @@ def find_algorithm(name: str, policy: type[BasePolicy]) -> type[BaseAlgorithm]:
 
 
 def algorithm_for(policy: type[BasePolicy]) -> str | None:
-    """Which algorithm a policy is for.
-
-    :param policy: the policy class
-    :return: its name; none if no algorithm takes the policy
-    """
+    """The name of the algorithm that a policy is for; none if no algorithm takes it."""
     return next((name for name, bases in ALGORITHMS.items() if issubclass(policy, tuple(bases))), None)
 
 
 def trait(name: str, attribute: str, default: Any = None) -> Any:
-    """What all classes of an algorithm say of themselves, such as ``continuation``.
-
-    :param name: the algorithm's name
-    :param attribute: a class attribute
-    :param default: where they have none of that name
-    :return: its value
-    """
+    """A class attribute that all classes of an algorithm have alike, such as ``continuation``."""
     return getattr(next(iter(ALGORITHMS[name].values())), attribute, default)
 
 
 def place(policy: type[BasePolicy]) -> str:
-    """The file that holds a policy, for messages.
-
-    :param policy: the policy class
-    :return: its path, relative to the working directory or the repository where it lies in one of them; its module if
-        it has no file
-    """
+    """The file that holds a policy, for messages, as short as the working directory allows; its module without one."""
     try:
         path = Path(inspect.getfile(policy))
     except (TypeError, OSError):

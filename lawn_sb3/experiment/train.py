@@ -72,10 +72,7 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
 
 
 def claim_directory(cell: Cell) -> None:
-    """Make the run directory the cell's own: what another configuration left in it goes, a checkpoint to resume stays.
-
-    :param cell: the cell
-    """
+    """Make the run directory the cell's own: what another configuration left goes, a checkpoint to resume stays."""
     cell.directory.mkdir(parents=True, exist_ok=True)
     if read_checkpoint(cell) is None:
         for name in (FINISHED_FILE, MODEL_FILE, CHECKPOINT_FILE, *RESULT_FILES):
@@ -85,11 +82,7 @@ def claim_directory(cell: Cell) -> None:
 
 
 def try_method(cell: Cell) -> None:
-    """Build the model of a cell and check its policy, before anything is written.
-
-    :param cell: a cell whose method trains
-    :raises UserError: if the policy breaks a promise, or the algorithm refuses its settings
-    """
+    """Build the model of a cell that trains and check its policy, before anything is written."""
     assert cell.method.policy is not None
     check_policy(build_model(cell), cell.method.policy)
 

@@ -37,11 +37,7 @@ def save_weights(model: BaseAlgorithm, path: Path) -> None:
 
 
 def are_rounded(path: Path) -> bool:
-    """Whether kept weights are in half precision, so that greedy play may differ at near ties.
-
-    :param path: what :func:`save_weights` wrote
-    :return: true if any of them is
-    """
+    """Whether kept weights are in half precision, so that greedy play may differ at near ties."""
     with np.load(path, allow_pickle=False) as stored:
         return any(stored[name].dtype == np.float16 for name in stored.files)
 

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lawn_sb3.envs import ObservationLayout, Observer
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.game.state import State
 from lawn_sb3.scenario import PRESETS, Scenario
@@ -120,9 +121,9 @@ def test_layout_agrees_with_the_observer(scenario: Scenario, seed: int) -> None:
     layout, state = observer.layout, simulator.state
     assert (layout.num_uavs, layout.num_gbs) == (scenario.num_uavs, len(scenario.gbs_positions))
     local, x, flat = observer.local(state), observer.state(state), observer.flat(state)
-    assert layout.local_space().contains(local[0, 0])
-    assert layout.state_space().contains(x[0])
-    assert layout.flat_space().contains(flat[0, 0])
+    assert space_of(layout.local_dim).contains(local[0, 0])
+    assert space_of(layout.state_dim).contains(x[0])
+    assert space_of(layout.flat_dim).contains(flat[0, 0])
     own = local[..., : layout.cell_loads.start]
     np.testing.assert_allclose(local[..., layout.min_slots][..., 0], state.min_slots / 10, rtol=1e-6)
     np.testing.assert_allclose(local[..., layout.cell_loads], np.repeat(state.cell_load[:, None] / 4, own.shape[1], 1))

@@ -60,11 +60,7 @@ class InTimeValues(Framed):
         super().__init__(*args, **kwargs)
 
     def make_layers(self, num_actions: int) -> InTimeQ:
-        """Build the layers of the Q-network, or of its target.
-
-        :param num_actions: A
-        :return: from what is seen [B, anything] to action values [B, A]
-        """
+        """Build a Q-network's layers, from what is seen [B, anything] to action values [B, A]."""
         encoder = self.make_encoder(self.sees)
         hidden = nn.Sequential(*create_mlp(encoder.width, num_actions, self.net_arch, self.activation_fn))
         return InTimeQ(encoder, hidden, self.scenario, self.slack)

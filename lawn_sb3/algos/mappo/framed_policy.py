@@ -77,7 +77,7 @@ class FramedPolicy(Framed, MaskableCTDEPolicy):
         others = (itself + th.arange(1, layout.num_uavs, device=local.device)) % layout.num_uavs  # [B, N - 1]
         rows = th.arange(len(local), device=local.device)[:, None]
         places = encoder.voxels(uavs[rows, others, :6].reshape(len(local), -1, 2, 3))
-        place = encoder.turned_position(local, turn)
+        place = encoder.turned(encoder.voxels(local[:, layout.position]), turn)
         return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 
     def _build_mlp_extractor(self) -> None:

@@ -105,19 +105,11 @@ class CTDEViews(BasePolicy):
         self.value_net = NormalizedValueHead(self.value_net)
 
     def actor_view(self, flat: th.Tensor) -> th.Tensor:
-        """The actor's input, made by :meth:`actor_input` of the columns that the policy says it sees.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: the actor's input [B, anything]
-        """
+        """What :meth:`actor_input` makes of the columns that the policy ``sees`` of flat observations [B, flat_dim]."""
         return self.actor_input(flat[:, self.layout.seen(self.sees)])
 
     def critic_view(self, flat: th.Tensor) -> th.Tensor:
-        """The critic's input, made by :meth:`critic_input` of the same columns and of x.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: the critic's input [B, anything]
-        """
+        """What :meth:`critic_input` makes of the same columns and of x."""
         return self.critic_input(flat[:, self.layout.seen(self.sees)], flat[:, self.layout.state])
 
     def actor_input(self, local: th.Tensor) -> th.Tensor:

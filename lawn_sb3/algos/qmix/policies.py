@@ -67,20 +67,12 @@ class QMIXPolicy(BasePolicy):
         self.optimizer = optimizer_class(self.trained_parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
     def make_q_net(self, num_actions: int) -> nn.Module:
-        """Build the Q-network, called with what a UAV sees [B, anything].
-
-        :param num_actions: A
-        :return: a module that answers with action values [B, A]
-        """
+        """Build the Q-network, from what a UAV sees [B, anything] to action values [B, A]."""
         seen = self.layout.seen(self.sees)
         return nn.Sequential(*create_mlp(seen.stop, num_actions, self.net_arch, self.activation_fn))
 
     def seen(self, flat: th.Tensor) -> th.Tensor:
-        """The columns that the policy says it sees: the Q-network is handed these alone.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
-        """
+        """What the Q-network is handed of flat observations [B, flat_dim]: o_i, then what else the policy ``sees``."""
         return flat[:, self.layout.seen(self.sees)]
 
     def action_values(self, flat: th.Tensor) -> th.Tensor:
