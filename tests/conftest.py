@@ -13,6 +13,7 @@ from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.checks import fly_checks
+from tests.cli.running import Lawn, Said, exit_status
 
 # The first example of a test may have to wait for Numba to compile.
 settings.register_profile("kit", deadline=None)
@@ -92,3 +93,19 @@ def planned(runs: Path) -> Recipe:
 def planned_cells(runs: Path, planned: Recipe) -> list[Cell]:
     """Its cells."""
     return cells(planned, runs / "small")
+
+
+@pytest.fixture
+def lawn(capfd: pytest.CaptureFixture[str]) -> Lawn:
+    """The command line; bad input, status 2, has to be refused in one line with nothing on standard output."""
+
+    def run(*arguments: str | Path, status: int = 0) -> Said:
+        capfd.readouterr()
+        ended = exit_status(*arguments)
+        said = Said(*capfd.readouterr())
+        assert ended == status, said.err
+        if status == 2:
+            assert (said.out, len(said.err.splitlines())) == ("", 1), said
+        return said
+
+    return run

@@ -4,12 +4,11 @@ It is what remains of the congestion game if nobody looks beyond the next slot. 
 many have chosen the GBS, times what an RB carries, which depends on the UAV and the GBS alone. Its logarithm is
 therefore a sum, and has an exact potential (Monderer and Shapley, 1996): whenever one UAV alone changes its choice, the
 potential changes by as much as that UAV's log-rate. Hence a choice from which no UAV gains by deviating alone always
-exists, and letting UAVs improve in turn finds one. Rates themselves have no such potential, and utilities of whole
-trajectories, which add up rates of several slots, need not have an equilibrium.
+exists. Rates themselves have no such potential, and utilities of whole trajectories, which add up rates of several
+slots, need not have an equilibrium.
 
 Rates r_ib over one RB are given as ``rb_rate_mbps`` [..., N, M] in Mbps, 0 where GBS b cannot serve UAV i; ``num_rbs``
-are the K_b [M], and ``choice`` holds the index b_i of the GBS that each UAV chooses [..., N]. All functions raise a
-UserError if the shapes do not fit or a choice is no GBS.
+are the K_b [M], and ``choice`` holds the index b_i of the GBS that each UAV chooses [..., N].
 """
 
 from __future__ import annotations
@@ -28,9 +27,6 @@ from lawn_sb3.game.state import voxel_of
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-LEAST_GAIN = 1e-12
-"""Share of a rate below which a gain counts as rounding, and nobody changes its choice for it."""
-
 
 class OneSlotGame(NamedTuple):
     """The association game that the UAVs play in the next slot of a real game."""
@@ -47,42 +43,21 @@ def association_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: 
     R_i = floor(K_b / n_b) r_ib,  b = b_i
 
     :return: R_i in Mbps [..., N]
+    :raises UserError: if the shapes do not fit or a choice is no GBS
 
     >>> association_rates_mbps([[1.0, 2.0], [4.0, 2.0], [3.0, 5.0]], [5, 3], [0, 0, 1])  # floor(5/2) = 2 RBs, and 3
     array([ 2.,  8., 15.])
     """
-    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
-    load = np.take_along_axis(_loads(chosen, len(shares)), chosen, axis=-1)
-    return np.asarray(shares[chosen, load] * _of_choice(rb_rate, chosen))
-
-
-def deviation_rates_mbps(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
-    """Rate that every UAV would have with every GBS if all others stayed with theirs.
-
-    :return: rates in Mbps [..., N, M]; with the GBS that a UAV has chosen, the rate it has
-    """
-    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
-    every_gbs = np.arange(len(shares))
-    others = _loads(chosen, len(shares))[..., None, :] - (chosen[..., None] == every_gbs)  # [..., N, M]
-    return np.asarray(shares[every_gbs, others + 1] * rb_rate)
-
-
-def log_rate_potential(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Floats:
-    """Exact potential of the log-rates: Rosenthal's potential of the shares, and each UAV's own part.
-
-    Phi = sum_b sum_{k <= n_b} log floor(K_b / k) + sum_i log r_ib,  b = b_i
-
-    It is defined while every UAV gets at least one RB of a GBS that can serve it. Otherwise somebody's rate is 0 and
-    the potential is minus infinity; its differences then mean nothing.
-
-    :return: Phi [...]; its differences have no unit
-    """
-    rb_rate, shares, chosen = _checked(rb_rate_mbps, num_rbs, choice)
-    loads = _loads(chosen, len(shares))
-    with np.errstate(divide="ignore"):  # log 0 = -inf
-        congestion = np.log(shares).cumsum(axis=1)[np.arange(len(shares)), loads]  # [..., M]
-        own = np.log(_of_choice(rb_rate, chosen))  # [..., N]
-    return np.asarray(congestion.sum(axis=-1) + own.sum(axis=-1))
+    rb_rate, gbs_rbs, chosen = np.asarray(rb_rate_mbps, dtype=np.float64), np.asarray(num_rbs), np.asarray(choice)
+    if rb_rate.ndim < 2 or chosen.ndim < 1 or rb_rate.shape[-2:] != (chosen.shape[-1], *gbs_rbs.shape):
+        shapes = f"rb_rate_mbps has shape {rb_rate.shape}, num_rbs {gbs_rbs.shape}, choice {chosen.shape}"
+        raise UserError(f"{shapes}: expected [..., N, M], [M] and [..., N]")
+    every_gbs = np.arange(len(gbs_rbs))
+    if not np.isin(chosen, every_gbs).all() or not np.issubdtype(chosen.dtype, np.integer):
+        raise UserError(f"a choice must be the index of a GBS: a whole number from 0 to {every_gbs[-1]}")
+    loads = (chosen[..., None] == every_gbs).sum(axis=-2)  # n_b [..., M]
+    shares = np.vectorize(rb_share)(gbs_rbs[chosen], np.take_along_axis(loads, chosen, axis=-1))
+    return np.asarray(shares * np.where(chosen[..., None] == every_gbs, rb_rate, 0.0).sum(axis=-1))
 
 
 def deviation_cycle(choice: ArrayLike, uavs: tuple[int, int], targets: tuple[int, int]) -> Ints:
@@ -119,26 +94,6 @@ def cycle_gain(payoffs: ArrayLike, uavs: tuple[int, int]) -> Floats:
     return np.asarray(sum(gains))
 
 
-def improve_in_turn(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> Ints:
-    """Let every UAV change to its best GBS if that raises its rate, one after the other, until none does.
-
-    It ends because the potential rises with every change. If rates of 0 make it minus infinity, put one small number in
-    place of every 0: that is a game with a potential too, and every gain in the one is a gain in the other.
-
-    :return: a pure Nash equilibrium for each joint choice to begin with [..., N]; nobody changes to a rate of 0
-    """
-    rb_rate, _, chosen = _checked(rb_rate_mbps, num_rbs, choice)
-    while True:
-        before = chosen.copy()
-        for i in range(chosen.shape[-1]):
-            rates_mbps = deviation_rates_mbps(rb_rate, num_rbs, chosen)[..., i, :]
-            present_mbps = _of_choice(rates_mbps, chosen[..., i])
-            gains = rates_mbps.max(axis=-1) > (1.0 + LEAST_GAIN) * present_mbps
-            chosen[..., i] = np.where(gains, rates_mbps.argmax(axis=-1), chosen[..., i])
-        if (chosen == before).all():
-            return chosen
-
-
 def one_slot_game(simulator: Simulator, game: int) -> OneSlotGame:
     """The association game of the next slot, as one game of a simulator stands.
 
@@ -165,29 +120,3 @@ def one_slot_game(simulator: Simulator, game: int) -> OneSlotGame:
             if rules.rb_rate_mbps[end] > rb_rate_mbps[i, b]:
                 rb_rate_mbps[i, b], actions[i, b] = rules.rb_rate_mbps[end], a
     return OneSlotGame(rb_rate_mbps, actions)
-
-
-def _checked(rb_rate_mbps: ArrayLike, num_rbs: ArrayLike, choice: ArrayLike) -> tuple[Floats, Ints, Ints]:
-    """What an RB carries [..., N, M], shares of one GBS each by load [M, N + 1], and a copy of the choices [..., N]."""
-    rb_rate, gbs_rbs, chosen = np.asarray(rb_rate_mbps, dtype=np.float64), np.asarray(num_rbs), np.asarray(choice)
-    if rb_rate.ndim < 2 or chosen.ndim < 1 or rb_rate.shape[-2:] != (chosen.shape[-1], *gbs_rbs.shape):
-        shapes = f"rb_rate_mbps has shape {rb_rate.shape}, num_rbs {gbs_rbs.shape}, choice {chosen.shape}"
-        raise UserError(f"{shapes}: expected [..., N, M], [M] and [..., N]")
-    num_uavs, num_gbs = rb_rate.shape[-2:]
-    if not np.issubdtype(chosen.dtype, np.integer) or ((chosen < 0) | (chosen >= num_gbs)).any():
-        raise UserError(f"a choice must be the index of a GBS: a whole number from 0 to {num_gbs - 1}")
-    shares = np.ones((num_gbs, num_uavs + 1), dtype=np.int64)  # a load of 0 is nobody's; its logarithm is 0
-    for b in range(num_gbs):
-        shares[b, 1:] = [rb_share(gbs_rbs[b], load) for load in range(1, num_uavs + 1)]
-    joint = np.broadcast_shapes(chosen.shape, rb_rate.shape[:-1])
-    return np.broadcast_to(rb_rate, (*joint, num_gbs)), shares, np.broadcast_to(chosen, joint).astype(np.int64)
-
-
-def _loads(choice: Ints, num_gbs: int) -> Ints:
-    """Cell loads n_b of a joint choice [..., M]."""
-    return np.asarray((choice[..., None] == np.arange(num_gbs)).sum(axis=-2))
-
-
-def _of_choice(values: Floats, choice: Ints) -> Floats:
-    """Of values for every GBS [..., M], those of the chosen one [...]."""
-    return np.asarray(np.take_along_axis(values, choice[..., None], axis=-1)[..., 0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.report.table import Table, row_of, sample_of, table_of
 from lawn_sb3.results.pairing import significant
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
@@ -20,29 +20,28 @@ def against_reference(results: Results, reference: Results) -> Table:
     :param reference: the reference
     :return: one row for each method that both have, with the differences of the new run and a verdict
     """
-    common = {key: method for key, method in results.methods.items() if key in reference.methods}
+    common = [key for key in results.methods if key in reference.methods]
     # So that all intervals together hold their true differences with 95 %, as Bonferroni has it.
     confidence = 1.0 - 0.05 / max(1, len(common) * len(COMPARED))
     rows = []
-    for key, method in common.items():
+    for key in common:
         equal = _rows(results, key).equals(_rows(reference, key))
-        row: dict[str, object] = {"method": method.label, "key": key, "equal": equal}
-        cells = {"Method": method.label}
+        row = row_of(results, key, equal=equal)
         apart, known = [], True
         for name in COMPARED:
             quantity = QUANTITIES[name]
             own, others = (every.scores(key, name).mean(axis=1) for every in (results, reference))
             found = welch_difference(own, others, confidence=confidence)
             known = known and found.is_known
-            row |= interval_columns({name: found})
-            cells[quantity.difference_heading] = found.text(quantity.fine_decimals)
+            row.add(name, quantity.difference_heading, found, quantity.fine_decimals)
             if significant(found):
                 apart.append(quantity.symbol)
-        row["differs_in"] = ", ".join(apart)
         verdict = "equal to the last digit" if equal else f"differs in {', '.join(apart)}" if apart else "agrees"
         if not known and not equal:
             verdict = "cannot be told from one seed"
-        rows.append((row, {**cells, "Against the reference": verdict, "n": sample_of(results, key)}))
+        row.numbers["differs_in"] = ", ".join(apart)
+        row.cells |= {"Against the reference": verdict, "n": sample_of(results, key)}
+        rows.append(row)
     caption = (
         "This run minus the reference results, on the same missions [Welch's t interval over the seeds of both, "
         "widened so that all of them together hold with 95 %]. Agrees: every interval holds 0. Other processors round "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from lawn_sb3.errors import UserError
@@ -12,29 +13,20 @@ from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections import (
-    anarchy,
-    comparison,
     effects,
-    effects_forest,
-    fairness_table,
-    fairness_tradeoff,
     ladder,
-    ladder_learning,
     leads,
-    learning_curves,
-    learning_effects,
-    low_utility,
-    milestones,
+    learning_speed,
+    low_utilities,
     occupancy,
+    optimum,
     ranking,
     sampling,
     scaling_out,
-    stability,
     table_one,
     table_two,
     training,
     trajectories,
-    trajectories_3d,
     utility_cdf,
     verdicts,
 )
@@ -57,21 +49,14 @@ class Kind(NamedTuple):
 OF_RECIPE = Kind(
     (
         table_two.section,
-        comparison.section,
         ladder.section,
-        ladder_learning.section,
         verdicts.section,
         training.section,
-        milestones.section,
         utility_cdf.section,
-        anarchy.section,
-        stability.section,
+        optimum.section,
         occupancy.section,
-        fairness_table.section,
-        fairness_tradeoff.section,
-        low_utility.section,
+        low_utilities.section,
         trajectories.section,
-        trajectories_3d.section,
         sampling.section,
         scaling_out.section,
         table_one.section,
@@ -80,19 +65,16 @@ OF_RECIPE = Kind(
     "Table II; the paper's values in parentheses",
 )
 OF_ABLATIONS = Kind(
-    (
-        effects.section,
-        effects_forest.section,
-        learning_effects.section,
-        learning_curves.section,
-        verdicts.section,
-        scaling_out.section,
-    ),
+    (effects.section, learning_speed.section, verdicts.section, scaling_out.section),
     "effects",
     "effect of each ablation on its default",
     tables=("curves", "scaling"),
 )
-OF_CHANGED_GAMES = Kind((leads.section, ranking.by_reward, ranking.by_utility), "ranking_reward", "J̄ by changed game")
+OF_CHANGED_GAMES = Kind(
+    (leads.section, partial(ranking.section, "reward"), partial(ranking.section, "utility_mbps")),
+    "ranking_reward",
+    "J̄ by changed game",
+)
 
 
 def build_report(recipe: Recipe, cells: Sequence[Cell], command: str) -> Report:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -61,11 +60,7 @@ class Report:
 
 
 def write_report(report: Report, folder: Path) -> None:
-    """Write tables, figures, page and JSON; tables and figures of an earlier report that this one lacks are removed.
-
-    :param report: the report
-    :param folder: where to
-    """
+    """Write tables, figures, page and JSON to a folder; what an earlier report had there and this one lacks goes."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in report.tables.items():
         table.save(folder, name)
@@ -89,11 +84,7 @@ def _names_of_earlier(folder: Path) -> set[str]:
 
 
 def for_machines(report: Report) -> dict[str, Any]:
-    """The whole report as one object.
-
-    :param report: the report
-    :return: what JSON can hold
-    """
+    """The whole report as one object that JSON can hold."""
     recipe = report.recipe
     return {
         "title": report.title,
@@ -112,11 +103,7 @@ def for_machines(report: Report) -> dict[str, Any]:
 
 
 def page(report: Report) -> str:
-    """The report as Markdown.
-
-    :param report: the report
-    :return: the page
-    """
+    """The report as Markdown."""
     recipe = report.recipe
     seeds = ", ".join(map(str, recipe.seeds))
     blocks = [
@@ -128,11 +115,10 @@ def page(report: Report) -> str:
     ]
     if report.problems:
         blocks += ["**Not in this report:**", "\n".join(f"- {problem}" for problem in report.problems)]
-    for heading, sections in groupby(report.sections, key=lambda section: section.heading):
-        parts = [part for section in sections for part in section.shown.items()]
-        if parts:
-            blocks.append(f"## {heading}")
-        for name, part in parts:
+    for section in report.sections:
+        if section.shown:
+            blocks.append(f"## {section.heading}")
+        for name, part in section.shown.items():
             picture = f"![{name.replace('_', ' ')}]({name}.png)"
             blocks.append(part.as_markdown() if isinstance(part, Table) else picture)
             blocks.append(f"*{part.caption} Made by `{report.command}`.*")

@@ -22,7 +22,7 @@ class Picture(NamedTuple):
 class Section:
     """What one file of :mod:`lawn_sb3.report.sections` gives.
 
-    :param heading: its heading; neighbours with the same heading stand under one
+    :param heading: what stands above it
     :param parts: tables and figures by file name, in the order of the page; what is None, or a table without rows, is
         left out
     :param summary: sentences for the top of the page

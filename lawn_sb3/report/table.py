@@ -55,25 +55,16 @@ class Table(NamedTuple):
     """Cells and headings in LaTeX, where they hold formulas; otherwise LaTeX is made from those shown."""
 
     def as_markdown(self) -> str:
-        """Write the table for a forge.
-
-        :return: a Markdown table without its caption
-        """
+        """The table for a forge, without its caption."""
         shown = self.shown.map(lambda text: text.replace("|", "\\|"))
         return str(shown.to_markdown(index=False, disable_numparse=True))
 
     def as_csv(self) -> str:
-        """Write the numbers for machines.
-
-        :return: CSV text with six digits
-        """
+        """The numbers for machines, with six digits."""
         return self.numbers.to_csv(index=False, float_format="%.6g", lineterminator="\n")
 
     def as_latex(self) -> str:
-        """Write the table for a paper, with booktabs' rules.
-
-        :return: a LaTeX table with its caption; one of many rows is a ``longtable``, which runs over pages
-        """
+        """The table for a paper, with booktabs' rules and its caption; with many rows one that runs over pages."""
         cells = self.shown.map(latex_text).rename(columns=latex_text) if self.latex is None else self.latex
         wide = [bool(cells[column].str.len().max() > LONGEST) for column in cells]
         share = min(0.3, 0.8 / max(sum(wide), 1))
@@ -90,25 +81,38 @@ class Table(NamedTuple):
         return f"\\begin{{table}}[t]\n\\centering\n\\caption{{{latex_text(self.caption)}}}\n{body}\\end{{table}}\n"
 
     def save(self, folder: Path, name: str) -> None:
-        """Write the table in all its forms.
-
-        :param folder: where to
-        :param name: file name without ending
-        """
+        """Write the table in all its forms, under a file name without ending."""
         write_text(folder / f"{name}.md", self.as_markdown() + "\n")
         write_text(folder / f"{name}.csv", self.as_csv())
         write_text(folder / f"{name}.tex", self.as_latex())
 
 
-def table_of(rows: Iterable[tuple[Mapping[str, object], Mapping[str, str]]], caption: str) -> Table:
-    """Make a table row by row.
+class Row:
+    """A row of a table in the making.
 
-    :param rows: for each the numbers of its columns, and what a reader sees
-    :param caption: what it shows
-    :return: the table
+    :param numbers: its columns for machines
+    :param cells: what a reader sees, by heading
     """
+
+    def __init__(self, numbers: Mapping[str, object], cells: Mapping[str, str]) -> None:
+        self.numbers, self.cells = dict(numbers), dict(cells)
+
+    def add(self, name: str, heading: str, found: Interval, decimals: int, after: str = "") -> None:
+        """Add an interval: ``NAME, NAME_low, NAME_high`` for machines, its text and what is to stand after it."""
+        self.numbers |= interval_columns({name: found})
+        self.cells[heading] = found.text(decimals) + after
+
+
+def row_of(results: Results, method: str, **numbers: object) -> Row:
+    """Begin the row of a method, by its key in the recipe; ``numbers`` come behind its name."""
+    label = results.recipe.methods[method].label
+    return Row({"method": label, "key": method, **numbers}, {"Method": label})
+
+
+def table_of(rows: Iterable[Row], caption: str) -> Table:
+    """Make a table of its rows."""
     rows = list(rows)
-    return Table(pd.DataFrame([numbers for numbers, _ in rows]), pd.DataFrame([shown for _, shown in rows]), caption)
+    return Table(pd.DataFrame([row.numbers for row in rows]), pd.DataFrame([row.cells for row in rows]), caption)
 
 
 def sample_text(seeds: int, episodes: int) -> str:
@@ -122,37 +126,18 @@ def sample_of(results: Results, method: str) -> str:
 
 
 def latex_text(text: str) -> str:
-    """Write a text so that LaTeX prints it as it is.
-
-    :param text: any text; formulas between ``$`` and ``$`` are not known here
-    :return: LaTeX
-    """
+    """A text such that LaTeX prints it as it is; formulas between ``$`` and ``$`` are not known here."""
     return _SIGNS.sub(lambda sign: IN_LATEX[sign.group()], text)
 
 
 def interval_columns(figures: Mapping[str, Interval]) -> dict[str, float]:
-    """Spread intervals over columns of a row.
-
-    :param figures: the intervals by name
-    :return: ``NAME, NAME_low, NAME_high`` of each
-    """
+    """Intervals as columns for machines: ``NAME, NAME_low, NAME_high`` of each."""
     columns: dict[str, float] = {}
-    for name, interval in figures.items():
-        columns |= {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
+    for name, found in figures.items():
+        columns |= {name: found.value, f"{name}_low": found.low, f"{name}_high": found.high}
     return columns
 
 
-def interval_texts(numbers: pd.DataFrame, name: str, decimals: int) -> list[str]:
-    """Write the intervals of a column for reading.
-
-    :param numbers: a table with the columns ``NAME, NAME_low, NAME_high``
-    :param name: the name
-    :param decimals: digits after the point
-    :return: such as ``3.43 [3.41, 3.45]``
-    """
-    return [interval_of(row, name).text(decimals) for _, row in numbers.iterrows()]
-
-
 def interval_of(row: pd.Series, name: str) -> Interval:
-    """The interval that :func:`interval_columns` spread over a row."""
+    """The interval that lies in such columns of a row."""
     return Interval(*(float(row[column]) for column in (name, f"{name}_low", f"{name}_high")))

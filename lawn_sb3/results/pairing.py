@@ -15,6 +15,11 @@ MARK = " †"
 """Beside an effect whose interval leaves 0 out."""
 EFFECTS = ("reward", "success_percent", "makespan_slots", "utility_mbps", "collisions")
 """The quantities whose change is an effect."""
+SEARCHED = (
+    "All settings were searched for the defaults and for none of their ablations, which a search of their own might "
+    "improve; some change more than their name says, see runs/ablation.yaml."
+)
+"""What captions say of the settings that they compare."""
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,7 @@ from lawn_sb3.experiment.run_directory.reading import (
     read_scaling,
     read_slots,
 )
+from lawn_sb3.results.statistics import Interval, mean_interval
 
 TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling")
 """Tables of :class:`Results` beside the evaluations."""
@@ -128,6 +129,10 @@ class Results:
         :raises UserError: if the method has no results, or there is no such column
         """
         return score_matrix(self.episodes, method, name, per)
+
+    def mean(self, method: str, name: str) -> Interval:
+        """The mean over seeds of one column of the evaluations, with its bootstrap interval; see :meth:`scores`."""
+        return mean_interval(self.scores(method, name).mean(axis=1))
 
 
 def score_matrix(

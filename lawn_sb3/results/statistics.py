@@ -27,6 +27,8 @@ from scipy.stats import bootstrap, trim_mean, ttest_ind, ttest_rel
 
 from lawn_sb3.errors import UserError
 
+CONFIDENCE = 0.95
+"""Share of the resamples between the bounds of an interval, or of t intervals that hold the true value."""
 RESAMPLES = 2_000
 """Bootstrap resamples of an interval."""
 TRIMMED_SHARE = 0.25
@@ -49,8 +51,10 @@ class Interval(NamedTuple):
         """Write the interval for a table.
 
         :param decimals: digits after the point
-        :return: such as ``3.43 [3.41, 3.45]``, or the value alone if its bounds are unknown
+        :return: such as ``3.43 [3.41, 3.45]``, the value alone if its bounds are unknown, a dash if it is
         """
+        if np.isnan(self.value):
+            return "–"
         value, low, high = (f"{number:z.{decimals}f}" for number in self)
         return f"{value} [{low}, {high}]" if self.is_known else value
 
@@ -63,25 +67,21 @@ class Interval(NamedTuple):
 UNKNOWN = Interval(float("nan"), float("nan"), float("nan"))
 
 
-def mean_interval(by_seed: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+def mean_interval(by_seed: ArrayLike) -> Interval:
     """Mean over seeds.
 
     :param by_seed: one score per seed [S]
-    :param confidence: share of the resamples between the bounds, in (0, 1)
-    :param rng_seed: seed of the resampling; equal input gives equal bounds
     :return: the mean in the unit of the scores; one seed gives NaN bounds
     :raises UserError: if there is no score, or one that is not finite
     """
     scores = _checked(by_seed, "by_seed", "[S]")
-    return _interval(lambda drawn: np.mean(scores[drawn], axis=-1), [len(scores)], confidence, rng_seed)
+    return _interval(lambda drawn: np.mean(scores[drawn], axis=-1), [len(scores)])
 
 
-def interquartile_mean(scores: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+def interquartile_mean(scores: ArrayLike) -> Interval:
     """Mean of the middle half of all scores of all seeds: neither a few crashes nor a few strokes of luck move it.
 
     :param scores: scores of a method [S, E]
-    :param confidence: share of the resamples between the bounds, in (0, 1)
-    :param rng_seed: seed of the resampling; equal input gives equal bounds
     :return: the interquartile mean in the unit of the scores; one seed gives NaN bounds
     :raises UserError: if there is no score, or one that is not finite
     """
@@ -91,25 +91,23 @@ def interquartile_mean(scores: ArrayLike, *, confidence: float = 0.95, rng_seed:
         pooled = matrix[drawn].reshape(*drawn.shape[:-1], -1)  # [..., S * E]
         return np.asarray(trim_mean(pooled, TRIMMED_SHARE, axis=-1))
 
-    return _interval(middle, [len(matrix)], confidence, rng_seed)
+    return _interval(middle, [len(matrix)])
 
 
-def paired_difference(scores: ArrayLike, other: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0) -> Interval:
+def paired_difference(scores: ArrayLike, other: ArrayLike) -> Interval:
     """Mean of score minus other over the same missions, so that what makes a mission hard for both cancels.
 
     :param scores: scores of a method [S1, E]
     :param other: scores of the method it is compared with, on the same missions [S2, E]
-    :param confidence: share of the resamples between the bounds, in (0, 1)
-    :param rng_seed: seed of the resampling; equal input gives equal bounds
     :return: the difference in the unit of the scores; NaN bounds if either method has one seed
     :raises UserError: if the missions do not fit, there is no score, or one that is not finite
     """
     first, second = _checked_pair(scores, other)
     pairs = first.mean(axis=1)[:, None] - second.mean(axis=1)  # [S1, S2]
-    return _over_pairs(pairs, confidence, rng_seed)
+    return _over_pairs(pairs)
 
 
-def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = 0.95) -> Interval:
+def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:
     """Difference of two means over seeds with Welch's t interval, which five seeds do not make too narrow.
 
     Verdicts rest on it. It takes seeds for draws of a normal distribution, each method with a spread of its own.
@@ -125,7 +123,7 @@ def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float 
     return _students_t(float(first.mean() - second.mean()), (first, second), test, confidence)
 
 
-def paired_t(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = 0.95) -> Interval:
+def paired_t(by_seed: ArrayLike, other: ArrayLike) -> Interval:
     """Mean difference seed by seed with Student's t interval over the S differences; effects of ablations rest on it.
 
     Seed k of one method is held against seed k of the other. What both have in common, the test missions and what a
@@ -136,7 +134,6 @@ def paired_t(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = 0.95) 
 
     :param by_seed: one score per seed [S]
     :param other: the same of the other method, in the same order of seeds, on the same missions [S]
-    :param confidence: share of such intervals that hold the true difference, in (0, 1)
     :return: the difference in the unit of the scores; NaN bounds for one seed, equal bounds if all differences are
         equal
     :raises UserError: if the numbers of seeds differ, there is no score, or one that is not finite
@@ -144,27 +141,22 @@ def paired_t(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = 0.95) 
     first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
     if len(first) != len(second):
         raise UserError(f"by_seed has {len(first)} seeds, other {len(second)}: seeds in pairs need as many of both")
-    _check_confidence(confidence)
     differences = first - second
     value = differences.mean() if np.ptp(differences) else differences[0]  # the mean of equal ones may be a hair off
-    return _students_t(float(value), (differences,), partial(ttest_rel, first, second), confidence)
+    return _students_t(float(value), (differences,), partial(ttest_rel, first, second), CONFIDENCE)
 
 
-def probability_of_improvement(
-    scores: ArrayLike, other: ArrayLike, *, confidence: float = 0.95, rng_seed: int = 0
-) -> Interval:
+def probability_of_improvement(scores: ArrayLike, other: ArrayLike) -> Interval:
     """P(X > Y) + P(X = Y) / 2: how often a seed of one beats a seed of the other on the same mission.
 
     :param scores: scores X of a method, greater is better [S1, E]
     :param other: scores Y of the method it is compared with, on the same missions [S2, E]
-    :param confidence: share of the resamples between the bounds, in (0, 1)
-    :param rng_seed: seed of the resampling; equal input gives equal bounds
     :return: the probability, 1/2 for equal methods; NaN bounds if either method has one seed
     :raises UserError: if the missions do not fit, there is no score, or one that is not finite
     """
     first, second = _checked_pair(scores, other)
     wins = np.heaviside(first[:, None] - second, 0.5)  # [S1, S2, E]
-    return _over_pairs(wins.mean(axis=-1), confidence, rng_seed)
+    return _over_pairs(wins.mean(axis=-1))
 
 
 def _students_t(
@@ -181,18 +173,17 @@ def _students_t(
     return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
 
 
-def _over_pairs(pairs: NDArray[np.float64], confidence: float, rng_seed: int) -> Interval:
+def _over_pairs(pairs: NDArray[np.float64]) -> Interval:
     """Mean over all pairs of seeds [S1, S2], the seeds of the two methods resampled independently."""
 
     def mean(first: NDArray[np.int64], second: NDArray[np.int64]) -> NDArray[np.float64]:
         return np.asarray(pairs[first[..., :, None], second[..., None, :]].mean(axis=(-2, -1)))
 
-    return _interval(mean, pairs.shape, confidence, rng_seed)
+    return _interval(mean, pairs.shape)
 
 
-def _interval(statistic: _Statistic, num_seeds: Sequence[int], confidence: float, rng_seed: int) -> Interval:
+def _interval(statistic: _Statistic, num_seeds: Sequence[int]) -> Interval:
     """Value of a statistic over all seeds, and its percentile bootstrap over resampled seeds."""
-    _check_confidence(confidence)
     seeds = [np.arange(count) for count in num_seeds]
     value = float(statistic(*seeds))
     if min(num_seeds) < 2:
@@ -204,17 +195,12 @@ def _interval(statistic: _Statistic, num_seeds: Sequence[int], confidence: float
         batch=_BATCH,
         vectorized=True,
         axis=-1,
-        confidence_level=confidence,
+        confidence_level=CONFIDENCE,
         method="percentile",
-        rng=rng_seed,
+        rng=0,  # equal input gives equal bounds
     ).confidence_interval
     # Rounding can put a bound of equal seeds a hair beyond the value, and error bars must not be negative.
     return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
-
-
-def _check_confidence(confidence: float) -> None:
-    if not 0.0 < confidence < 1.0:
-        raise UserError(f"confidence = {confidence}: must lie between 0 and 1")
 
 
 def _checked_pair(scores: ArrayLike, other: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -1,7 +1,5 @@
 """The command that shows a scenario."""
 
-from __future__ import annotations
-
 import pytest
 from typer.testing import CliRunner
 

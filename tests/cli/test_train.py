@@ -1,15 +1,14 @@
 """What ``lawn-sb3 train`` trains: the settings it starts from, and what the options change."""
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from lawn_sb3.cli import main
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
+from tests.cli.running import exit_status
 
 PAPER = str(REPOSITORY / "runs" / "paper.yaml")
 
@@ -21,9 +20,7 @@ def trained(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ce
     monkeypatch.setattr("lawn_sb3.cli.train.run_cell", lambda cell, advance: cells.append(cell))
 
     def train(*options: str) -> Cell:
-        monkeypatch.setattr(sys, "argv", ["lawn-sb3", "train", "--out", str(tmp_path / "mine"), *options])
-        with pytest.raises(SystemExit, match="0"):
-            main()
+        assert exit_status("train", "--out", tmp_path / "mine", *options) == 0
         return cells.pop()
 
     return train

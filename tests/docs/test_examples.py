@@ -8,10 +8,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from lawn_sb3.cli import main
 from lawn_sb3.scenario import load_scenario
-from tests.cli.test_ablation import METHODS
-from tests.cli.test_cli import recipe
+from tests.cli.running import ABLATED, exit_status, recipe
 from tests.docs.pages import PAGES, blocks, prose
 
 TRIED = {
@@ -29,14 +27,6 @@ def example(page: str, holds: str) -> str:
     return code
 
 
-def lawn(monkeypatch: pytest.MonkeyPatch, *arguments: str) -> None:
-    """Run a command, which has to succeed."""
-    monkeypatch.setattr(sys, "argv", ["lawn-sb3", *arguments])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert not end.value.code
-
-
 def test_every_python_example_is_tried_below() -> None:
     for page in PAGES:
         assert len(blocks(page, "python")) == len(TRIED.get(page, ())), page
@@ -48,10 +38,10 @@ def test_every_python_example_is_tried_below() -> None:
 def ablated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a small recipe of ablations and its runs."""
     folder = tmp_path_factory.mktemp("ablated")
-    recipe(folder, methods=METHODS)
+    recipe(folder, methods=ABLATED)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        lawn(patch, "reproduce", "tiny.yaml")
+        assert exit_status("reproduce", "tiny.yaml") == 0
     return folder
 
 
@@ -66,7 +56,7 @@ def test_a_policy_is_trained_and_compared_by_the_command_beside_it(
     (ablated / "policies").mkdir(exist_ok=True)
     (ablated / "policies" / f"{name}.py").write_text(example(page, holds), encoding="utf-8")
     monkeypatch.chdir(ablated)
-    lawn(monkeypatch, "ablate", name, "--recipe", "tiny.yaml")
+    assert exit_status("ablate", name, "--recipe", "tiny.yaml") == 0
     assert name in (ablated / "tiny" / name / "report" / "effects.md").read_text(encoding="utf-8")
 
 
@@ -85,7 +75,7 @@ def test_a_scenario_and_a_recipe_of_ones_own_are_flown_by_the_command_beside_the
     shorter |= {"seeds": shorter["seeds"][:1], "evaluation": {"episodes": 5, "watch_episodes": 5}}
     Path("runs").mkdir()
     Path("runs/mine.yaml").write_text(yaml.safe_dump(shorter), encoding="utf-8")
-    lawn(monkeypatch, "reproduce", "runs/mine.yaml")
+    assert exit_status("reproduce", "runs/mine.yaml") == 0
     assert "MAPPO" in Path("runs/mine/report/table2.md").read_text(encoding="utf-8")
 
 
@@ -104,12 +94,8 @@ def test_a_planner_of_ones_own_is_scored_like_the_others(capsys: pytest.CaptureF
 
 
 def test_another_projects_trainer_learns_and_writes_no_files(tmp_path: Path) -> None:
-    command = [
-        sys.executable,
-        "-c",
-        f"import torch\ntorch.set_num_threads(1)\n{example('docs/other-trainers.md', 'skrl')}",
-    ]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    code = f"import torch\ntorch.set_num_threads(1)\n{example('docs/other-trainers.md', 'skrl')}"
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     untrained, trained = map(float, re.findall(r"(-?\d+\.\d+) (?:untrained|after)", done.stdout))
     assert trained > untrained

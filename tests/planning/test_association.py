@@ -1,6 +1,5 @@
 """The association game of one slot: its potential, its equilibria, and that it is the real game's next slot."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -12,15 +11,7 @@ from numpy.typing import NDArray
 from lawn_sb3.errors import UserError
 from lawn_sb3.game import Missions
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.planning.association import (
-    association_rates_mbps,
-    cycle_gain,
-    deviation_cycle,
-    deviation_rates_mbps,
-    improve_in_turn,
-    log_rate_potential,
-    one_slot_game,
-)
+from lawn_sb3.planning.association import association_rates_mbps, cycle_gain, deviation_cycle, one_slot_game
 from lawn_sb3.scenario import Scenario
 from tests.envs.corridor import CORRIDOR, action
 from tests.game.random_play import SEEDS, random_play, scenarios
@@ -61,18 +52,6 @@ def games(draw: st.DrawFn, least_rate_mbps: float = 0.1) -> Game:
     )
 
 
-def gains_nothing(game: Game, choice: NDArray[np.int64]) -> bool:
-    """Whether no UAV has more in any joint choice that differs from a choice in that UAV alone."""
-    rates_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, choice)
-    for other in game.all_choices:
-        deviators = np.flatnonzero(other != choice)
-        if len(deviators) == 1:
-            there_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, other)[deviators[0]]
-            if there_mbps > rates_mbps[deviators[0]] * (1 + 1e-9):
-                return False
-    return True
-
-
 # Rates
 
 
@@ -81,77 +60,32 @@ def test_a_gbs_with_more_uavs_than_rbs_serves_none_of_them() -> None:
     assert association_rates_mbps(RB_RATE_MBPS, [5, 2], [1, 1, 1]).tolist() == [0.0, 0.0, 0.0]
 
 
-def test_a_deviator_counts_in_the_cell_it_goes_to_and_no_longer_in_its_own() -> None:
-    # From (0, 0, 1): UAV 0 has 2 * 1 = 2 Mbps, at GBS 1 with UAV 2 it would have floor(3 / 2) = 1 RB of 2 Mbps; UAV 1
-    # likewise 2 * 4 = 8 or 1 * 2 = 2 Mbps; UAV 2 would share GBS 0 with both, floor(5 / 3) = 1 RB of 3 Mbps, or 3 * 5.
-    assert deviation_rates_mbps(RB_RATE_MBPS, NUM_RBS, [0, 0, 1]).tolist() == [[2.0, 2.0], [8.0, 2.0], [3.0, 15.0]]
-
-
-@given(game=games(least_rate_mbps=0.0))
-def test_deviation_rates_are_those_after_the_deviation(game: Game) -> None:
-    rates_mbps = deviation_rates_mbps(game.rb_rate_mbps, game.num_rbs, game.choice)
-    for (i, b), rate_mbps in np.ndenumerate(rates_mbps):
-        deviated = [b if j == i else c for j, c in enumerate(game.choice)]
-        assert rate_mbps == association_rates_mbps(game.rb_rate_mbps, game.num_rbs, deviated)[i]
-
-
 @given(game=games(least_rate_mbps=0.0))
 @settings(max_examples=30)
 def test_many_joint_choices_at_once_are_each_judged_by_itself(game: Game) -> None:
-    functions = (association_rates_mbps, deviation_rates_mbps, log_rate_potential, improve_in_turn)
-    for function in functions:
-        together = function(game.rb_rate_mbps, game.num_rbs, game.all_choices)
-        each = [function(game.rb_rate_mbps, game.num_rbs, choice) for choice in game.all_choices]
-        np.testing.assert_allclose(together, each)  # sums of other shapes may be rounded otherwise
-        games_too = np.broadcast_to(game.rb_rate_mbps, (len(each), *game.rb_rate_mbps.shape))
-        np.testing.assert_array_equal(function(games_too, game.num_rbs, game.all_choices), together)
-
-
-# The potential of log-rates
-
-
-def test_potential_adds_the_shares_met_on_arrival_and_each_uav_s_own_rate() -> None:
-    # Choice (0, 0, 1): GBS 0 gives 5 RBs to the first and 2 to the second, GBS 1 gives 3 RBs to its only one; an RB
-    # carries 1, 4 and 5 Mbps: log(5 * 2) + log 3 + log(1 * 4 * 5) = log 600.
-    assert log_rate_potential(RB_RATE_MBPS, NUM_RBS, [0, 0, 1]) == pytest.approx(math.log(600))
-
-
-def test_potential_is_minus_infinity_where_somebody_gets_nothing() -> None:
-    # Three UAVs at a GBS of two RBs; and a UAV at a GBS that it cannot reach.
-    assert log_rate_potential([[1.0]] * 3, [2], [0, 0, 0]) == -math.inf
-    assert log_rate_potential([[1.0, 0.0]], [2, 2], [1]) == -math.inf
-
-
-@given(game=games())
-def test_potential_changes_by_the_log_rate_of_whoever_deviates(game: Game) -> None:
-    rates_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, game.choice)
-    assume((rates_mbps > 0).all())
-    before = log_rate_potential(game.rb_rate_mbps, game.num_rbs, game.choice)
-    for other in game.all_choices:
-        deviators = np.flatnonzero(other != game.choice)
-        after = log_rate_potential(game.rb_rate_mbps, game.num_rbs, other)
-        if len(deviators) == 1 and after > -math.inf:
-            i = deviators[0]
-            there_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, other)[i]
-            assert after - before == pytest.approx(math.log(there_mbps / rates_mbps[i]), abs=1e-12)
-
-
-@given(game=games())
-def test_joint_choice_of_highest_potential_is_an_equilibrium(game: Game) -> None:
-    potentials = log_rate_potential(game.rb_rate_mbps, game.num_rbs, game.all_choices)
-    assume(potentials.max() > -math.inf)
-    assert gains_nothing(game, game.all_choices[potentials.argmax()])
+    together = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, game.all_choices)
+    each = [association_rates_mbps(game.rb_rate_mbps, game.num_rbs, choice) for choice in game.all_choices]
+    np.testing.assert_array_equal(together, each)
+    games_too = np.broadcast_to(game.rb_rate_mbps, (len(each), *game.rb_rate_mbps.shape))
+    np.testing.assert_array_equal(association_rates_mbps(games_too, game.num_rbs, game.all_choices), together)
 
 
 @given(game=games(), data=st.data())
-def test_order_of_the_uavs_permutes_rates_and_leaves_the_potential(game: Game, data: st.DataObject) -> None:
+def test_order_of_the_uavs_permutes_rates(game: Game, data: st.DataObject) -> None:
     order = data.draw(st.permutations(range(len(game.choice))))
     permuted = game.rb_rate_mbps[order], game.num_rbs, np.array(game.choice)[order]
     mine = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, game.choice)
     assert association_rates_mbps(*permuted).tolist() == mine[order].tolist()
-    assert log_rate_potential(*permuted) == pytest.approx(
-        log_rate_potential(game.rb_rate_mbps, game.num_rbs, game.choice), abs=1e-12
-    )
+
+
+@given(game=games(least_rate_mbps=0.0))
+@example(game=Game(np.ones((4, 3)), [1, 1, 1], [0, 0, 0, 0]))  # RBs for three of four UAVs
+def test_every_game_has_an_equilibrium(game: Game) -> None:
+    num_uavs, num_gbs = game.rb_rate_mbps.shape
+    rates_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, game.all_choices)
+    own_mbps = np.moveaxis(rates_mbps.reshape(*[num_gbs] * num_uavs, num_uavs), -1, 0)  # by UAV and joint choice
+    stays = [own * (1 + 1e-9) >= own.max(axis=i, keepdims=True) for i, own in enumerate(own_mbps)]
+    assert np.all(stays, axis=0).any()
 
 
 # No potential of rates
@@ -197,40 +131,6 @@ def test_log_rates_add_up_to_zero_around_every_cycle(game: Game, data: st.DataOb
     assert cycle_gain(np.log(rates_mbps), (one, other)) == pytest.approx(0.0, abs=1e-9)
 
 
-# Improving in turn
-
-
-def test_uavs_that_improve_in_turn_stop_where_nobody_gains() -> None:
-    # From (1, 1, 1), 2, 2 and 5 Mbps: UAV 0 alone at GBS 0 has 5 * 1 Mbps, so it goes. UAV 1 would have 2 * 4 Mbps
-    # there against floor(3 / 2) * 2, so it follows. UAV 2 now has all of GBS 1, 15 Mbps. UAV 0 has 2 Mbps at either GBS
-    # and stays: an equal rate is no reason to change.
-    first_choice = np.array([1, 1, 1])
-    assert improve_in_turn(RB_RATE_MBPS, NUM_RBS, first_choice).tolist() == [0, 0, 1]
-    assert first_choice.tolist() == [1, 1, 1]  # left alone
-
-
-@given(game=games(least_rate_mbps=0.0))
-@example(game=Game(np.ones((4, 3)), [1, 1, 1], [0, 0, 0, 0]))  # RBs for three of four UAVs
-def test_improving_in_turn_ends_in_an_equilibrium(game: Game) -> None:
-    choice = improve_in_turn(game.rb_rate_mbps, game.num_rbs, game.choice)
-    assert gains_nothing(game, choice)
-    before = log_rate_potential(game.rb_rate_mbps, game.num_rbs, game.choice)
-    after = log_rate_potential(game.rb_rate_mbps, game.num_rbs, choice)
-    assert after > before or (choice == game.choice).all() or before == -math.inf
-
-
-@given(game=games(least_rate_mbps=0.0))
-def test_nobody_changes_to_a_gbs_that_it_cannot_reach(game: Game) -> None:
-    choice = improve_in_turn(game.rb_rate_mbps, game.num_rbs, game.choice)
-    reachable = np.take_along_axis(game.rb_rate_mbps, choice[:, None], axis=1)[:, 0] > 0
-    assert (reachable | (choice == game.choice)).all()
-
-
-def test_a_gain_of_a_thousandth_is_reason_enough_and_rounding_is_not() -> None:
-    assert improve_in_turn([[1.0, 1.001]], [5, 5], [0]).tolist() == [1]
-    assert improve_in_turn([[1.0, 1.0 + 1e-15]], [5, 5], [0]).tolist() == [0]
-
-
 # The next slot of the real game
 
 
@@ -249,7 +149,6 @@ def test_a_uav_reaches_the_cells_that_one_move_leads_to() -> None:
         [4.0, 4.0],
         [10.0, 10.0],
     ]
-    assert improve_in_turn(rb_rate_mbps, CORRIDOR.num_rbs, [0, 0]).tolist() == [0, 1]
 
 
 def test_a_uav_cannot_fly_through_its_destination_to_a_cell_beyond() -> None:
@@ -310,4 +209,4 @@ def test_shapes_that_do_not_fit_are_refused() -> None:
         (UNLIKE_RB_RATE_MBPS, [5, 5], 0),
     ):
         with pytest.raises(UserError, match=r"expected \[..., N, M\], \[M\] and \[..., N\]"):
-            log_rate_potential(rb_rate_mbps, num_rbs, choice)
+            association_rates_mbps(rb_rate_mbps, num_rbs, choice)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lawn_sb3.report.table import Table, interval_columns, interval_texts, latex_text
-from lawn_sb3.results.statistics import Interval
+from lawn_sb3.report.table import Row, Table, interval_of, latex_text, table_of
+from lawn_sb3.results.statistics import UNKNOWN, Interval
 
 TABLE = Table(
     pd.DataFrame({"method": ["A|B & V_x"], "share": [0.123456789]}),
@@ -73,14 +73,16 @@ def test_a_table_is_saved_in_all_its_forms_with_equal_bytes(tmp_path: Path) -> N
         assert content == (tmp_path / "second" / f"small.{suffix}").read_bytes()
 
 
-def test_intervals_become_columns_and_texts_again() -> None:
-    row = interval_columns({"J": Interval(3.4349, 3.41, 3.4501), "U": Interval(1.0, float("nan"), float("nan"))})
-    assert row["J"] == 3.4349
-    assert row["J_low"] == 3.41
-    assert row["J_high"] == 3.4501
-    numbers = pd.DataFrame([row])
-    assert interval_texts(numbers, "J", 2) == ["3.43 [3.41, 3.45]"]
-    assert interval_texts(numbers, "U", 1) == ["1.0"]
+def test_a_row_holds_an_interval_as_columns_and_as_text() -> None:
+    row = Row({"key": "a"}, {"Method": "A"})
+    row.add("J", "J̄", Interval(3.4349, 3.41, 3.4501), 2, after=" †")
+    row.add("U", "U (Mbps)", UNKNOWN._replace(value=1.0), 1)
+    row.add("R", "R̂", UNKNOWN, 1)
+    table = table_of([row], "A row")
+    numbers = table.numbers.iloc[0]
+    assert numbers[["key", "J", "J_low", "J_high", "U"]].tolist() == ["a", 3.4349, 3.41, 3.4501, 1.0]
+    assert interval_of(numbers, "J") == (3.4349, 3.41, 3.4501)
+    assert table.shown.iloc[0].to_dict() == {"Method": "A", "J̄": "3.43 [3.41, 3.45] †", "U (Mbps)": "1.0", "R̂": "–"}
 
 
 @pytest.mark.parametrize(("text", "expected"), [("a < b", "a $<$ b"), ("\\", r"\textbackslash{}"), ("–", "--")])

@@ -1,7 +1,8 @@
-"""The ladder: what the UAVs earn by what they know, learners beside planners."""
+"""The ladder: what the UAVs earn by what they know, learners beside planners, and how the learners get there."""
 
 from __future__ import annotations
 
+import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -11,13 +12,12 @@ from lawn_sb3.envs.observation import broadcast_bits
 from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import colours, line_of, markers, use_house_style
-from lawn_sb3.report.table import Table, interval_columns, sample_of, table_of
+from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, line_of, markers, use_house_style
+from lawn_sb3.report.table import Table, row_of, sample_of, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import mean_interval, paired_difference
+from lawn_sb3.results.statistics import paired_difference
 
-HEADING = "What a UAV must know"
 UTILITY = QUANTITIES["utility_mbps"]
 KNOWN: dict[Rung, str] = {
     "nothing": "nothing of\nthe others",
@@ -32,15 +32,33 @@ KNOWN: dict[Rung, str] = {
 BESIDE = "forecast"
 """The player that every method is held against."""
 LIMITS = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
-"""Players drawn as lines."""
+"""Players drawn as lines; those of ``LOW_LIMITS`` beside learning curves too."""
+LOW_LIMITS = LIMITS[:3]
+UTILITY_CURVE = "greedy/utility_mbps"
+CURVES = {
+    UTILITY_CURVE: UTILITY.axis_label,
+    "greedy/regret_mbps": "mean regret (Mbps)",
+    "greedy/nash_gap_mbps": "Nash gap (Mbps)",
+}
+"""What is drawn against env steps, as far as the trainings recorded it."""
+LEARNING = (
+    "Greedy play during training, on missions apart from the test's, not smoothed; bands: 95 % bootstrap interval of "
+    "the mean over seeds. Regret: what a UAV could gain by deviating alone, the others' trajectories fixed; Nash gap: "
+    "the largest of an episode, mean over episodes. Lines: players without training on the test missions."
+)
+"""What the figure of learning curves shows."""
 
 
 def section(results: Results) -> Section | None:
-    """Figure and table of a recipe that has a ladder."""
+    """Figure, table and learning curves of a recipe that has a ladder."""
     if not has_ladder(results.methods):
         return None
-    figure = Picture(_figure(results), _caption(results))
-    return Section(HEADING, {"ladder": figure, "ladder_table": _table(results)})
+    parts: dict[str, Table | Picture | None] = {
+        "ladder": Picture(_figure(results), _caption(results)),
+        "ladder_table": _table(results),
+        "ladder_learning": _learning(results),
+    }
+    return Section("What a UAV must know", parts)
 
 
 def _table(results: Results) -> Table:
@@ -49,32 +67,23 @@ def _table(results: Results) -> Table:
     beside = next((key for key, method in results.methods.items() if method.player == BESIDE), None)
     climbing = sorted(results.methods.items(), key=lambda item: _height(item[1]))  # stable: otherwise in order
     for key, method in climbing:
-        rung = rung_of(method)
-        bits = bits_of(method, scenario)
-        utility = mean_interval(results.scores(key, "utility_mbps").mean(axis=1))
-        row: dict[str, object] = {
-            "method": method.label,
-            "key": key,
-            "knows": rung,
-            "told_bits": bits,
-            "slack": method.slack,
-            "env_steps": method.env_steps or None,
-            **interval_columns({"utility_mbps": utility}),
-        }
-        cells = {
-            "Method": method.label,
+        rung, bits, steps = rung_of(method), bits_of(method, scenario), method.env_steps or None
+        row = row_of(results, key, knows=rung, told_bits=bits, slack=method.slack, env_steps=steps)
+        row.cells |= {
             "Knows": "–" if rung is None else KNOWN[rung].replace("\n", " ").replace("$o_i$", "o_i"),
             "Told (bits)": "–" if bits is None else str(bits),
             "Learns": _teaching(method),
             "Slack": "–" if method.slack is None else str(method.slack),
-            "Env steps": f"{method.env_steps:,}" if method.env_steps else "–",
-            UTILITY.heading: utility.text(UTILITY.fine_decimals),
+            "Env steps": "–" if steps is None else f"{steps:,}",
         }
+        row.add("utility_mbps", UTILITY.heading, results.mean(key, "utility_mbps"), UTILITY.fine_decimals)
         if beside is not None:
             more = paired_difference(results.scores(key, "utility_mbps"), results.scores(beside, "utility_mbps"))
-            row |= interval_columns({"over_forecast_mbps": more})
-            cells["Δ U to forecast"] = "–" if key == beside else more.text(UTILITY.fine_decimals)
-        rows.append((row, {**cells, "n": sample_of(results, key)}))
+            row.add("over_forecast_mbps", "Δ U to forecast", more, UTILITY.fine_decimals)
+            if key == beside:
+                row.cells["Δ U to forecast"] = "–"
+        row.cells["n"] = sample_of(results, key)
+        rows.append(row)
     caption = (
         "What the UAVs know when they act and what they earn, from the bottom of the ladder to its top. Told: bits "
         "that every UAV has to broadcast in every slot, without any coding; cell loads are counted by the GBSs, clock "
@@ -110,16 +119,18 @@ def _figure(results: Results) -> Figure:
         crowd = [key for key, method in points.items() if rung_of(method) == rung]
         for k, key in enumerate(crowd):
             x = place + 0.17 * (k - (len(crowd) - 1) / 2)
-            _point(ax, results, key, x, palette[key], signs[key])
+            found = results.mean(key, "utility_mbps")
+            ax.plot([x, x], [found.low, found.high], color=palette[key], linewidth=1.5)
+            ax.plot(x, found.value, signs[key], color=palette[key], markersize=8, markeredgecolor="0.2")
     for key, method in results.methods.items():
         if method.player in LIMITS:
-            limit_line(ax, results, key, palette[key])
+            _limit_line(ax, results, key, palette[key])
     ax.set_xticks(range(len(rungs)), [f"{KNOWN[rung]}\n{broadcast_bits(SEES[rung], scenario)} bits" for rung in rungs])
     ax.set_xlim(-0.5, len(rungs) - 0.5)
     ax.set_xlabel("what a UAV knows, and what each has to broadcast in every slot for it")
     ax.set_ylabel(UTILITY.axis_label)
     handles = [
-        Line2D([], [], color=palette[key], marker=signs[key], linestyle="", label=label_of(method))
+        Line2D([], [], color=palette[key], marker=signs[key], linestyle="", label=_label_of(method))
         for key, method in points.items()
     ]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
@@ -128,26 +139,13 @@ def _figure(results: Results) -> Figure:
     return figure
 
 
-def label_of(method: Method) -> str:
+def _label_of(method: Method) -> str:
     """What legends call a method: learners may differ in their slack alone."""
     return f"{method.label} (slack {method.slack})" if method.slack else method.label
 
 
-def _point(ax: Axes, results: Results, key: str, x: float, colour: str, marker: str) -> None:
-    found = mean_interval(results.scores(key, "utility_mbps").mean(axis=1))
-    ax.plot([x, x], [found.low, found.high], color=colour, linewidth=1.5)
-    ax.plot(x, found.value, marker, color=colour, markersize=8, markeredgecolor="0.2")
-
-
-def limit_line(ax: Axes, results: Results, key: str, colour: str, inside: bool = False) -> None:
-    """Draw the mean utility of a player as a line, named at its end.
-
-    :param ax: where to
-    :param results: what the runs left
-    :param key: the player's key in the recipe
-    :param colour: its colour
-    :param inside: whether the name stands above the line, not beside the panel
-    """
+def _limit_line(ax: Axes, results: Results, key: str, colour: str, inside: bool = False) -> None:
+    """Draw the mean utility of a player as a line, named at its end: above the line, or beside the panel."""
     value = float(results.scores(key, "utility_mbps").mean())
     ax.axhline(value, color=colour, linestyle=line_of(key), linewidth=1.2, zorder=1)
     x, across, up = (0.99, "right", "bottom") if inside else (1.0, "left", "center")
@@ -164,3 +162,39 @@ def _caption(results: Results) -> str:
         f"interval over seeds, {results.extent(results.episodes)}. Learners differ in budget "
         f"({', '.join(f'{count:,}' for count in steps)} env steps) and in slack, as the table says."
     )
+
+
+def _learning(results: Results) -> Picture | None:
+    """A panel for each quantity that any training recorded, and a curve for each learner."""
+    curves = results.curves
+    shown = {column: text for column, text in CURVES.items() if column in curves and curves[column].notna().any()}
+    if not shown:
+        return None
+    use_house_style()
+    figure = Figure(figsize=(1.5 + 4.5 * len(shown), 5.2), layout="constrained")
+    palette = colours(results.recipe.methods)
+    learners = {key: method for key, method in results.methods.items() if method.algo is not None}
+    for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
+        known = _side_by_side(curves.dropna(subset=[column]))
+        for key in learners:
+            own, style = known[known["method"] == key], {"color": palette[key], "errorbar": ("ci", 95), "seed": 0}
+            if len(own):
+                sns.lineplot(own, x="env_steps", y=column, ax=ax, legend=False, **style)
+        ax.set(xlabel=ENV_STEPS, ylabel=text)
+        in_thousands(ax)
+    for key, method in results.methods.items():
+        if method.player in LOW_LIMITS and UTILITY_CURVE in shown:
+            _limit_line(figure.axes[0], results, key, palette[key], inside=True)
+    handles = [Line2D([], [], color=palette[key], label=_label_of(method)) for key, method in learners.items()]
+    figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
+    return Picture(figure, LEARNING)
+
+
+def _side_by_side(curves: pd.DataFrame) -> pd.DataFrame:
+    """Curves in which the k-th evaluation of all seeds of a method lies at one place, the mean of theirs.
+
+    A batch of whole games ends at other env steps in every seed.
+    """
+    nth = curves.groupby(["method", "seed"]).cumcount()
+    at = curves["time/env_steps"].groupby([curves["method"], nth]).transform("mean")
+    return curves.assign(env_steps=at)

@@ -12,8 +12,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from lawn_sb3.report.bins import co_served_bounds
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.sections.low_utility import co_served_bounds
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
 
@@ -34,9 +34,7 @@ def section(results: Results) -> Section | None:
 def occupancy(results: Results, method: str) -> pd.DataFrame:
     """UAVs that fly in a cell with 1, 2, 3... UAVs, themselves included, in each slot.
 
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :return: one row a slot from 1 on, the columns ``load_1, load_2...``: UAVs, mean over episodes and seeds
+    One row a slot from 1 on, the columns ``load_1, load_2...``: means over episodes and seeds.
     """
     own = results.slots[results.slots["method"] == method]
     loads = [f"load_{k}" for k in range(1, results.recipe.game().num_uavs + 1)]
@@ -45,11 +43,7 @@ def occupancy(results: Results, method: str) -> pd.DataFrame:
 
 
 def shown_slots(results: Results) -> int:
-    """How much of the time the figure shows.
-
-    :param results: what the runs left
-    :return: slots until less than 1 % of the UAVs fly, with the slowest method that gets there before the deadline
-    """
+    """Slots drawn: until less than 1 % of the UAVs fly, with the slowest method that gets there before the deadline."""
     game = results.recipe.game()
     ends = []
     for key in results.methods_in(results.slots):
@@ -79,11 +73,7 @@ def _figure(results: Results) -> Figure:
 
 
 def load_groups(num_uavs: int) -> list[range]:
-    """Cell loads that are drawn as one area.
-
-    :param num_uavs: the largest load N
-    :return: the load 1, then loads with as many others as the bins of :func:`co_served_bounds` hold
-    """
+    """Cell loads that are drawn as one area: the load 1, then as many as the bins of :func:`co_served_bounds` hold."""
     others = co_served_bounds(num_uavs)
     return [range(1, 2), *(range(int(low) + 2, min(int(high) + 1, num_uavs) + 1) for low, high in pairwise(others))]
 

@@ -12,26 +12,22 @@ from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import Table, sample_text
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import mean_interval, paired_difference
+from lawn_sb3.results.statistics import paired_difference
+
+HEADINGS = {"reward": "Ranking by J̄", "utility_mbps": "Ranking by utility"}
 
 
-def by_reward(games: Mapping[str, Results]) -> Section:
-    """Ranks in J̄."""
-    return Section("Ranking by J̄", {"ranking_reward": _ranking(games, "reward")})
+def section(quantity: str, games: Mapping[str, Results]) -> Section:
+    """Every method's figure and rank in every changed game, and the pairs that change places.
 
-
-def by_utility(games: Mapping[str, Results]) -> Section:
-    """Ranks in utility."""
-    return Section("Ranking by utility", {"ranking_utility_mbps": _ranking(games, "utility_mbps")})
-
-
-def _ranking(games: Mapping[str, Results], quantity: str) -> Table:
-    """Every method's figure and rank in every changed game, and the pairs that change places."""
+    :param quantity: a key of ``HEADINGS``
+    :param games: results by the name of the game, the game as it is first
+    :return: a table with one row per game
+    """
     chosen = QUANTITIES[quantity]
-    numbers, shown = [], []
-    base = next(iter(games.values()))
+    numbers, shown, base = [], [], next(iter(games.values()))
     for name, results in games.items():
-        found = {key: mean_interval(results.scores(key, quantity).mean(axis=1)) for key in results.methods}
+        found = {key: results.mean(key, quantity) for key in results.methods}
         ranks = dict(zip(found, rankdata([-own.value for own in found.values()], method="min"), strict=True))
         cells = {"Game": name}
         for key, own in found.items():
@@ -47,7 +43,8 @@ def _ranking(games: Mapping[str, Results], quantity: str) -> Table:
         "Every method is trained and tested in the changed game; J̄ is in units of that game, so only its order can be "
         "compared from row to row. n: seeds × test episodes, at least."
     )
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown).fillna("–"), caption)
+    table = Table(pd.DataFrame(numbers), pd.DataFrame(shown).fillna("–"), caption)
+    return Section(HEADINGS[quantity], {f"ranking_{quantity}": table})
 
 
 def _changed_places(base: Results, results: Results, quantity: str) -> str:

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.table import interval_columns, sample_text, table_of
+from lawn_sb3.report.table import interval_columns, row_of, sample_text, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results, score_matrix
 from lawn_sb3.results.statistics import mean_interval
@@ -21,31 +18,20 @@ CAPTION = (
 
 
 def section(results: Results) -> Section:
-    """Compare greedy with sampled play, seed by seed on the same missions.
-
-    :param results: what the runs left
-    :return: a table with one row for each method that has both: figures of both kinds of play, and their difference
-    """
+    """Greedy against sampled play of each method that has both, seed by seed on the same missions."""
     rows, episodes = [], results.recipe.evaluation.episodes
-    for key, method in results.methods_in(results.sampled).items():
-        row: dict[str, object] = {"method": method.label, "key": key}
-        cells = {"Method": method.label}
+    for key in results.methods_in(results.sampled):
+        flown = results.sampled[results.sampled["method"] == key]
+        both = results.episodes[results.episodes["seed"].isin(flown["seed"])], flown
+        row, seeds = row_of(results, key), flown["seed"].nunique()
         for name, decimals in DECIMALS.items():
-            greedy, sampled = _both_plays(results, key, name)
-            plays = {"greedy": greedy, "sampled": sampled, "difference": greedy - sampled}
-            figures = {f"{name}_{play}": mean_interval(by_seed) for play, by_seed in plays.items()}
-            row |= interval_columns(figures)
             heading = QUANTITIES[name].heading
-            cells[heading] = f"{greedy.mean():.{decimals}f} / {sampled.mean():.{decimals}f}"
-            cells[f"Δ {heading}"] = figures[f"{name}_difference"].text(decimals)
-        row |= {"seeds": len(greedy), "episodes": episodes}
-        rows.append((row, {**cells, "n": sample_text(len(greedy), episodes)}))
+            greedy, sampled = (score_matrix(rows_of, key, name).mean(axis=1) for rows_of in both)  # [S] each
+            plays = {f"{name}_greedy": mean_interval(greedy), f"{name}_sampled": mean_interval(sampled)}
+            row.numbers |= interval_columns(plays)
+            row.cells[heading] = f"{greedy.mean():.{decimals}f} / {sampled.mean():.{decimals}f}"
+            row.add(f"{name}_difference", f"Δ {heading}", mean_interval(greedy - sampled), decimals)
+        row.numbers |= {"seeds": seeds, "episodes": episodes}
+        row.cells["n"] = sample_text(seeds, episodes)
+        rows.append(row)
     return Section("Greedy against sampled play", {"sampling": table_of(rows, CAPTION)})
-
-
-def _both_plays(results: Results, method: str, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Means over the test missions of the seeds that were flown both ways: greedy and sampled play, each [S]."""
-    sampled = results.sampled[results.sampled["method"] == method]
-    greedy = results.episodes[results.episodes["seed"].isin(sampled["seed"])]
-    greedy_mean, sampled_mean = (score_matrix(rows, method, name).mean(axis=-1) for rows in (greedy, sampled))
-    return greedy_mean, sampled_mean

@@ -1,70 +1,102 @@
-"""Table II: every method's figures over seeds, the paper's beside them, and its share of the attainable welfare."""
+"""Table II: every method's figures with the paper's beside them, and every method held against CTDE-MAPPO."""
 
 from __future__ import annotations
 
 from lawn_sb3.experiment.knowledge import bits_of
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.table import interval_columns, sample_of, table_of
-from lawn_sb3.results.attainable import Attainable, attainable, explanation, share
+from lawn_sb3.report.table import Table, row_of, sample_of, table_of
+from lawn_sb3.results.attainable import attainable, explanation, share
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import BOUND, Results
-from lawn_sb3.results.statistics import mean_interval
+from lawn_sb3.results.statistics import (
+    UNKNOWN,
+    interquartile_mean,
+    mean_interval,
+    paired_difference,
+    probability_of_improvement,
+)
 
-HEADING = "Table II: performance"
 COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_mbps")
 """The paper's four quantities, and the utility that they stand for."""
+BASES = ("state_critic", "centralized_critic")
+"""Policies of the method that others are held against, the first there is: the paper's own critic."""
+COMPARED = ("reward", "utility_mbps")
 
 
 def section(results: Results) -> Section:
-    """Mean over seeds of each quantity, its 95 % bootstrap interval over seeds, and the paper's value.
+    """Table II of all methods, and the comparison of those whose UAVs meet."""
+    tables = {"table2": _table_two(results), "comparison": _comparison(results.without_bound())}
+    return Section("Table II: performance", tables)
 
-    :param results: what the runs left
-    :return: a table with one row for each method; numbers with the columns ``method, key, seeds, episodes`` and for
-        each quantity ``NAME, NAME_low, NAME_high, NAME_paper``; with results of the bound, ``share_low_percent`` and
-        ``share_high_percent`` with intervals too
-    """
+
+def _table_two(results: Results) -> Table:
+    """Means over seeds, the paper's values, and with results of the bound the share of the attainable welfare."""
     by_seed, limits = results.by_seed(), attainable(results)
     rows = []
     for key, method in results.methods.items():
         own = by_seed[by_seed["method"] == key]
         printed = TABLE_II[method.paper_row]._asdict() if method.paper_row else {}
-        row: dict[str, object] = {
-            "method": method.label,
-            "key": key,
-            "seeds": len(own),
-            "episodes": results.recipe.evaluation.episodes,
-        }
-        cells = {"Method": method.label}
+        row = row_of(results, key, seeds=len(own), episodes=results.recipe.evaluation.episodes)
         for name in COLUMNS:
-            quantity, found = QUANTITIES[name], mean_interval(own[name])
-            row |= interval_columns({name: found}) | {f"{name}_paper": printed.get(name, float("nan"))}
+            quantity = QUANTITIES[name]
             paper = f" ({printed[name]:.{quantity.decimals}f})" if name in printed else ""
-            cells[quantity.heading] = found.text(quantity.decimals) + paper
+            row.add(name, quantity.heading, mean_interval(own[name]), quantity.decimals, after=paper)
+            row.numbers[f"{name}_paper"] = printed.get(name, float("nan"))
         bits = bits_of(method, results.recipe.game())
-        row["told_bits"], cells["Told (bits)"] = bits, "–" if bits is None else str(bits)
-        if limits is not None:
-            figures, cells["Share (%)"] = _share(results, key, limits)
-            row |= figures
-        rows.append((row, {**cells, "n": sample_of(results, key)}))
-    return Section(HEADING, {"table2": table_of(rows, _caption(results, limits))})
-
-
-def _share(results: Results, key: str, limits: Attainable) -> tuple[dict[str, float], str]:
-    """The bracket of a method's share of the attainable welfare: numbers, and what is shown."""
-    if results.methods[key].player == BOUND:
-        return {}, "–"
-    low, high = share(results, key, limits)
-    figures = interval_columns({"share_low_percent": low, "share_high_percent": high})
-    return figures, f"{low.value:.1f}–{high.value:.1f}"
-
-
-def _caption(results: Results, limits: Attainable | None) -> str:
+        row.numbers["told_bits"], row.cells["Told (bits)"] = bits, "–" if bits is None else str(bits)
+        if limits is not None and method.player != BOUND:
+            low, high = share(results, key, limits)
+            row.add("share_low_percent", "Share (%)", low, 1)
+            row.add("share_high_percent", "Share (%)", high, 1)
+            row.cells["Share (%)"] = f"{low.value:.1f}–{high.value:.1f}"
+        elif limits is not None:
+            row.cells["Share (%)"] = "–"
+        row.cells["n"] = sample_of(results, key)
+        rows.append(row)
     actions = "greedy" if results.recipe.evaluation.deterministic else "sampled"
     shares = f"{explanation(limits)} " if limits is not None else ""
-    return (
+    caption = (
         f"Mean over seeds [95 % bootstrap interval over seeds], {actions} actions, the same test missions for every "
         "method and seed; in parentheses the paper's value. T̄ is the makespan: slots until the last UAV is done. "
         "U is the mean utility, which the paper does not print. Told: bits that each UAV broadcasts in every slot so "
         f"that the others can act as they do. {shares}n: seeds × test episodes."
     )
+    return table_of(rows, caption)
+
+
+def _comparison(results: Results) -> Table | None:
+    """Interquartile means, and differences to CTDE-MAPPO with the probability of being better; none without it."""
+    base = _base_method(results)
+    if base is None:
+        return None
+    rows = []
+    for key in results.methods:
+        row = row_of(results, key)
+        for name in COMPARED:
+            quantity, own, others = QUANTITIES[name], results.scores(key, name), results.scores(base, name)
+            difference, better = paired_difference(own, others), probability_of_improvement(own, others)
+            if key == base:
+                difference = better = UNKNOWN
+            row.add(f"{name}_iqm", f"IQM {quantity.heading}", interquartile_mean(own), quantity.fine_decimals)
+            row.add(f"{name}_difference", quantity.difference_heading, difference, quantity.fine_decimals)
+            row.add(f"{name}_improvement", f"P(better {quantity.symbol})", better, 2)
+        row.cells["n"] = sample_of(results, key)
+        rows.append(row)
+    label = results.methods[base].label
+    caption = (
+        f"IQM: mean of the middle half of all scores of seeds and missions. Δ: difference to {label} on the same "
+        f"missions. P: probability that a seed of the method does better than one of {label} on the same mission, "
+        "ties counted half. In brackets 95 % bootstrap intervals over seeds, missions held fixed; with five seeds they "
+        "hold the true value in about five of six cases. n: seeds × test episodes."
+    )
+    return table_of(rows, caption)
+
+
+def _base_method(results: Results) -> str | None:
+    """Key of CTDE-MAPPO with the paper's critic, or with another one."""
+    for policy in BASES:
+        for key, method in results.methods.items():
+            if method.algo == "mappo" and method.policy == policy:
+                return key
+    return None

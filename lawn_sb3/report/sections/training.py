@@ -1,7 +1,8 @@
-"""Fig. 2: how reward and success rise in training."""
+"""Fig. 2: how reward and success rise in training, when success is first high, and what is nearest to the paper's."""
 
 from __future__ import annotations
 
+import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -9,21 +10,23 @@ from matplotlib.lines import Line2D
 
 from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
-from lawn_sb3.results.learning import WINDOW, smoothed
+from lawn_sb3.report.table import Table, row_of, table_of
+from lawn_sb3.results.learning import THRESHOLD, WINDOW, smoothed
+from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
-HEADING = "Fig. 2: training"
-QUANTITIES = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
+DRAWN = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
 LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
 """Ranges of the axes; rewards of the first rollouts can lie below."""
 PLANNED = "welfare"
 """The one planner among the dashed lines: the others would lie on top of each other there."""
 DASH = 4.0
 """Length of a dash, in line widths."""
+HEADING_OF = {"missions": "training missions", "greedy": "greedy evaluation"}
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
 CAPTION = (
@@ -36,29 +39,27 @@ CAPTION = (
 
 
 def section(results: Results) -> Section | None:
-    """Fig. 2 of a recipe whose learners have to find out how to arrive."""
-    return Section(HEADING, {"fig2_convergence": Picture(_figure(results), CAPTION)}) if shows(results) else None
-
-
-def shows(results: Results) -> bool:
-    """Whether there is anything to see: curves, and not of a ladder, whose in-time moves always arrive.
-
-    :param results: what the runs left
-    :return: false without such curves
-    """
-    return any(f"{source}/success_percent" in results.curves for source in SOURCES) and not has_ladder(results.methods)
+    """Fig. 2 and its milestones, of curves that are not a ladder's, whose in-time moves always arrive."""
+    if has_ladder(results.methods) or not any(f"{source}/success_percent" in results.curves for source in SOURCES):
+        return None
+    parts: dict[str, Table | Picture | None] = {
+        "fig2_convergence": Picture(_figure(results), CAPTION),
+        "first_crossing": _first_crossing(results),
+        "nearest_to_paper": _nearest_to_paper(results),
+    }
+    return Section("Fig. 2: training", parts)
 
 
 def _figure(results: Results) -> Figure:
     """Reward (a) and success (b) against env steps, of training missions and of greedy evaluation."""
     use_house_style()
     figure = Figure(figsize=(10, 7), layout="constrained")
-    axes = figure.subplots(len(SOURCES), len(QUANTITIES), sharex=True, sharey="col")
+    axes = figure.subplots(len(SOURCES), len(DRAWN), sharex=True, sharey="col")
     palette = colours(results.recipe.methods)
     for row, (source, source_text) in enumerate(SOURCES.items()):
         window = WINDOW if source == "missions" else 1
         smoothing = f", {WINDOW}-point window" if window > 1 else ""
-        for column, (quantity, quantity_text) in enumerate(QUANTITIES.items()):
+        for column, (quantity, quantity_text) in enumerate(DRAWN.items()):
             ax = axes[row, column]
             _draw_curves(ax, results, f"{source}/{quantity}", window, palette)
             _draw_untrained(ax, results, quantity, palette)
@@ -119,3 +120,63 @@ def _mark_paper(ax: Axes, results: Results, quantity: str, palette: dict[str, st
             value = getattr(TABLE_II[method.paper_row], quantity)
             edge = ax.get_yaxis_transform()
             ax.plot(1.0, value, "D", color=palette[key], markeredgecolor="0.2", transform=edge, clip_on=False, zorder=5)
+
+
+def _first_crossing(results: Results) -> Table:
+    """When each training first reached 95 % success, by its slowest seed, in training missions and greedy play."""
+    rows = []
+    for key, method in results.methods.items():
+        if method.algo is None or not len(results.curves):
+            continue
+        own = results.curves[results.curves["method"] == key]
+        row = row_of(results, key)
+        for source, heading in HEADING_OF.items():
+            column = f"{source}/success_percent"
+            if column not in own or own[column].isna().all():
+                row.cells[heading] = "not measured"
+                continue
+            seeds = [curve.dropna(subset=[column]) for _, curve in own.groupby("seed")]
+            first = [curve.loc[curve[column] >= THRESHOLD, "time/env_steps"].min() for curve in seeds]
+            reached = [value for value in first if pd.notna(value)]
+            row.numbers |= {f"{source}_seeds": len(first), f"{source}_reached": len(reached)}
+            row.cells[heading] = f"{len(reached)} of {len(first)} seeds"
+            if len(reached) == len(first):
+                at_once = max(reached) <= max(curve["time/env_steps"].min() for curve in seeds)
+                row.numbers[f"{source}_env_steps"] = max(reached)
+                row.cells[heading] = f"{'at most ' if at_once else ''}{max(reached):,.0f}"
+        row.cells["n"] = str(own["seed"].nunique())
+        rows.append(row)
+    caption = (
+        f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; the "
+        "paper: about 150 K. At most: that was the first figure there is. Training missions are not smoothed here and "
+        "count too few failures early on, as those take longest to end. n: seeds."
+    )
+    return table_of(rows, caption)
+
+
+def _nearest_to_paper(results: Results) -> Table | None:
+    """Where on its learning curve a method comes nearest to the success of its row in the paper."""
+    rows, columns = [], [f"greedy/{name}" for name in PaperRow._fields]
+    if not set(columns) <= set(results.curves):
+        return None
+    for key, method in results.methods.items():
+        own = results.curves[results.curves["method"] == key].dropna(subset=columns)
+        if method.algo is None or method.paper_row is None or not len(own):
+            continue
+        curve = own.groupby("time/env_steps")[columns].mean()
+        printed = TABLE_II[method.paper_row]._asdict()
+        distance = (curve["greedy/success_percent"] - printed["success_percent"]).abs()
+        at = int(distance.to_numpy().argmin())
+        row = row_of(results, key, env_steps=curve.index[at])
+        row.cells["env steps"] = f"{curve.index[at]:,.0f}"
+        for name, paper in printed.items():
+            quantity, value = QUANTITIES[name], float(curve.iloc[at][f"greedy/{name}"])
+            row.numbers |= {name: value, f"{name}_paper": paper}
+            row.cells[quantity.heading] = f"{value:.{quantity.decimals}f} ({paper:.{quantity.decimals}f})"
+        row.cells["n"] = str(own["seed"].nunique())
+        rows.append(row)
+    caption = (
+        "Where on its learning curve each learner comes nearest to its success in the paper: greedy evaluation during "
+        "training, mean over seeds; in parentheses the paper's final values. n: seeds."
+    )
+    return table_of(rows, caption)

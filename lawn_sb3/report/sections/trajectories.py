@@ -1,4 +1,4 @@
-"""One test episode as every method flies it: choosing it, and drawing it from above."""
+"""One test episode as every method flies it, drawn from above and in space."""
 
 from __future__ import annotations
 
@@ -9,19 +9,21 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
+from lawn_sb3.report.style import colours, grid_shape, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
-HEADING = "One episode, every method"
 UAV_COLOURS = ("#1B1BFF", "#661100", "#A81FA0", "#94A000", "#E7298A")
 """Colour-blind readers can tell the first four apart by lightness and hue, and none is a method's colour."""
 UAV_LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
@@ -33,6 +35,8 @@ MOST_GRID_LINES = 31
 """A finer voxel grid would be a grey sheet."""
 OFFSET_VOXELS = 0.16
 """How far paths are drawn from the voxel centres, so that those in the same voxels stay apart."""
+FLATTEST = 0.5
+"""In space, an airspace flatter than this is drawn stretched to it: height over the longer side."""
 
 
 def section(results: Results) -> Section | None:
@@ -40,7 +44,11 @@ def section(results: Results) -> Section | None:
     joint = results.without_bound()
     if not len(joint.paths):
         return None
-    return Section(HEADING, {"trajectories": Picture(_figure(joint), caption(joint))})
+    episode = longest_episode(joint)
+    figures = {"trajectories": _from_above(joint, episode), "trajectories_3d": _in_space(joint, episode)}
+    return Section(
+        "One episode, every method", {name: Picture(figure, _caption(episode)) for name, figure in figures.items()}
+    )
 
 
 class Flight(NamedTuple):
@@ -65,11 +73,9 @@ class Episode(NamedTuple):
 
 
 def longest_episode(results: Results) -> Episode:
-    """Choose the traced test episode with the most to fly.
+    """The traced test episode with the most to fly: the largest sum of T_min over its UAVs.
 
-    :param results: what the runs left, with paths of at least one run
-    :return: of the first seed that most methods (all, as a rule) have paths of, the episode with the largest sum of
-        T_min over its UAVs
+    It is one of the first seed that most methods (all, as a rule) have paths of.
     """
     methods_of = results.paths.groupby("seed")["method"].nunique()
     seed = int(methods_of.index[int(methods_of.argmax())])
@@ -90,21 +96,16 @@ def longest_episode(results: Results) -> Episode:
 
 
 def offsets(scenario: Scenario) -> Floats:
-    """How far the path of each UAV is moved aside.
+    """How far the path of each UAV is moved aside, in metres along x and y [N, 2].
 
-    :param scenario: the game
-    :return: metres along x and y [N, 2]: points of a small circle, no two of them in line with a side of the area
+    These are points of a small circle, no two of them in line with a side of the area.
     """
     angle = 2.0 * np.pi * np.arange(scenario.num_uavs) / scenario.num_uavs + 0.3
     return OFFSET_VOXELS * scenario.voxel_size_m * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
 def cell_borders(scenario: Scenario) -> Floats:
-    """Where neighbouring voxels of the lowest layer belong to different GBSs.
-
-    :param scenario: the game
-    :return: line segments in metres [B, 2, 2]
-    """
+    """Where neighbouring voxels of the lowest layer belong to different GBSs: line segments in metres [B, 2, 2]."""
     cell, size = radio_map(scenario).cell[:, :, 0], scenario.voxel_size_m
     segments = [[(x + 1, y), (x + 1, y + 1)] for x, y in np.argwhere(cell[1:] != cell[:-1])]
     segments += [[(x, y + 1), (x + 1, y + 1)] for x, y in np.argwhere(cell[:, 1:] != cell[:, :-1])]
@@ -131,10 +132,10 @@ def heading(results: Results, flight: Flight) -> str:
     return f"{results.recipe.methods[flight.method].label}\n{text}"
 
 
-def _figure(results: Results) -> Figure:
+def _from_above(results: Results, episode: Episode) -> Figure:
     """A panel for each method, seen from above."""
     use_house_style()
-    game, episode = results.recipe.game(), longest_episode(results)
+    game = results.recipe.game()
     figure, palette = Figure(layout="compressed"), colours(results.recipe.methods)
     axes = panels(figure, len(episode.flights), 2.4, 2.75, "x (m)", "y (m)")
     for ax, flight in zip(axes, episode.flights, strict=True):
@@ -142,7 +143,7 @@ def _figure(results: Results) -> Figure:
         for i, path in enumerate(flight.paths):
             _draw_path(ax, game, i, path, episode.destinations[i])
         title_of(ax, heading(results, flight), palette[flight.method])
-    legend_below(figure, legend_handles(game, by_altitude=True), 1.9)
+    legend_below(figure, _legend_handles(game, by_altitude=True), 1.9)
     return figure
 
 
@@ -171,13 +172,57 @@ def _draw_path(ax: Axes, game: Scenario, uav: int, path: Floats, destination: Fl
     ax.plot(*(destination[:2] + aside)[:, None], "*", color=colour, markersize=10, markeredgecolor="white", zorder=5)
 
 
-def legend_handles(scenario: Scenario, by_altitude: bool) -> list[Line2D]:
-    """What the signs of the figures mean.
+def _in_space(results: Results, episode: Episode) -> Figure:
+    """A panel for each method, seen in space."""
+    use_house_style()
+    game, palette = results.recipe.game(), colours(results.recipe.methods)
+    rows, columns = grid_shape(len(episode.flights))
+    # The layout does not see the labels of a 3D panel: leave them room.
+    layout = ConstrainedLayoutEngine(wspace=0.08, rect=(0.0, 0.0, 0.97, 1.0))
+    figure = Figure(figsize=(0.6 + 2.6 * columns, 0.2 + 2.5 * rows), layout=layout)
+    for k, flight in enumerate(episode.flights):
+        ax = figure.add_subplot(rows, columns, k + 1, projection="3d")
+        _draw_space(ax, game)
+        for i, path in enumerate(flight.paths):
+            _draw_path_in_space(ax, game, i, path, episode.destinations[i])
+        title_of(ax, heading(results, flight), palette[flight.method], height=0.9)
+    legend_below(figure, _legend_handles(game, by_altitude=False), 1.6)
+    return figure
 
-    :param scenario: the game
-    :param by_altitude: whether the size of a dot tells the altitude
-    :return: handles for a legend: UAVs, origin, destination, dots, GBS and cell border
-    """
+
+def _draw_space(ax: Axes3D, game: Scenario) -> None:
+    width, length, height = (float(edge) * game.voxel_size_m for edge in game.grid)
+    low, high = game.min_altitude_m, game.max_altitude_m
+    for segment in cell_borders(game):
+        ax.plot(*segment.T, [low, low], color=BORDER_COLOUR, linestyle="--", linewidth=0.8)
+    ax.plot(*game.gbs_positions.T, "^", color=SITE_COLOUR, markersize=6)
+    ax.set(xlim=(0, width), ylim=(0, length), zlim=(low, high), xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
+    longer = max(width, length)
+    ax.set_box_aspect((width, length, max(height, FLATTEST * longer)), zoom=0.98)
+    ax.patch.set_visible(False)
+    ax.view_init(elev=32, azim=-60)
+    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
+        first = "lower" if axis is ax.yaxis else None  # it would touch the last number of the x-axis
+        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10], prune=first))
+        axis.labelpad = -4
+    ax.tick_params(pad=-2, labelsize="small")
+
+
+def _draw_path_in_space(ax: Axes3D, game: Scenario, uav: int, path: Floats, destination: Floats) -> None:
+    (colour, line), aside = uav_look(uav), np.append(offsets(game)[uav], 0.0)
+    cut = len(path) - 1 > FIRST_SLOTS
+    drawn = path[: FIRST_SLOTS + 1] + aside
+    if not cut:
+        for x, y, z in drawn[1:]:
+            ax.plot([x, x], [y, y], [game.min_altitude_m, z], color=colour, linewidth=0.5, alpha=0.4)
+    ax.plot(*drawn.T, line, color=colour, linewidth=0.6 if cut else 1.5, alpha=0.8)
+    ax.plot(*drawn[1:].T, "o", color=colour, markersize=1.5 if cut else 3.5, alpha=0.8)
+    ax.plot(*drawn[:1].T, "o", color=colour, markerfacecolor="white", markersize=6, markeredgewidth=1.4)
+    ax.plot(*(destination + aside)[:, None], "*", color=colour, markersize=9)
+
+
+def _legend_handles(scenario: Scenario, by_altitude: bool) -> list[Line2D]:
+    """What the signs of a figure mean, for its legend; perhaps the size of a dot tells the altitude."""
     lowest, highest = (float(scenario.voxel_centre((0, 0, layer))[2]) for layer in (0, scenario.grid[2] - 1))
     looks = [uav_look(i) for i in range(min(scenario.num_uavs, len(UAV_COLOURS) * len(UAV_LINES)))]
     lines = [
@@ -201,9 +246,8 @@ def _mark(marker: str, label: str, size: float, colour: str = "0.3") -> Line2D:
     return Line2D([], [], marker=marker, markersize=size, color=colour, linestyle="", label=label)
 
 
-def caption(results: Results) -> str:
+def _caption(episode: Episode) -> str:
     """What the figures of trajectories show."""
-    episode = longest_episode(results)
     return (
         f"Test episode {episode.number} of seed {episode.seed} as every method flies it: of the traced ones that with "
         "the most to fly (largest sum of T_min). A dot is the end of a slot; from above it is larger the higher the "

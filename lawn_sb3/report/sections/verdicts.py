@@ -9,8 +9,8 @@ from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS, Judged
 from lawn_sb3.report.section import Section
-from lawn_sb3.report.sections.effects import SEARCHED
-from lawn_sb3.report.table import Table, table_of
+from lawn_sb3.report.table import Row, Table, table_of
+from lawn_sb3.results.pairing import SEARCHED
 from lawn_sb3.results.results import Results
 
 HEADING = "Claims of the paper"
@@ -54,7 +54,7 @@ def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
     :return: one row a claim
     """
     rows = [
-        (
+        Row(
             {
                 "id": claim.id,
                 "section": claim.section,
@@ -102,7 +102,7 @@ def claims_summary(judged: Sequence[Judged]) -> Table:
         names = [claim.id for claim, finding in judged if finding.verdict == verdict]
         if names:
             shown = {"Verdict": verdict, "Claims": str(len(names)), "Which": ", ".join(names)}
-            rows.append(({"verdict": verdict, "claims": len(names)}, shown))
+            rows.append(Row({"verdict": verdict, "claims": len(names)}, shown))
     return table_of(rows, "The claims by verdict; the next table says what each is about.")
 
 

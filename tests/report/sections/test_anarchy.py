@@ -10,7 +10,8 @@ import pytest
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
-from lawn_sb3.report.sections.anarchy import anarchy, certified_welfares
+from lawn_sb3.report.sections.optimum import anarchy
+from lawn_sb3.results.equilibria import certified_welfares
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_with, responded, results_of
 

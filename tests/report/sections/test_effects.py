@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.sections import effects as effects_section
-from lawn_sb3.report.sections import effects_forest, learning_curves, learning_effects
-from lawn_sb3.report.sections.effects_forest import visible_span
+from lawn_sb3.report.sections import learning_speed
+from lawn_sb3.report.sections.effects import visible_span
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.learning import GREEDY, mean_success
 from lawn_sb3.results.pairing import EFFECTS, left_out, pair_up
@@ -62,7 +62,7 @@ def effects(results: Results) -> Table:
 
 def forest(results: Results) -> Figure:
     """The figure of effects."""
-    return picture_in(effects_forest.section(results), "effects_forest").figure
+    return picture_in(effects_section.section(results), "effects_forest").figure
 
 
 def row_of(results: Results, key: str) -> dict[Any, Any]:
@@ -232,7 +232,7 @@ def test_the_median_seed_counts_and_one_that_never_gets_there_is_slower_than_all
         better=[[0.0, 0.0, 0.0, 98.0], [0.0, 0.0, 0.0, 94.9], [0.0, 96.0, 98.0, 98.0]],  # 400, never, 200
         worse=[[0.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 9.0], [95.0, 96.0, 98.0, 98.0]],  # never, never, 100
     )
-    table = table_in(learning_effects.section(made), "learning_effects")
+    table = table_in(learning_speed.section(made), "learning_effects")
     assert {label: row["Env steps to 95 %"] for label, row in shown_of(table).items()} == {
         "MAPPO (default)": "200 [200 to 300]",
         "Better": "400 [200 to > 1,000]",
@@ -243,7 +243,7 @@ def test_the_median_seed_counts_and_one_that_never_gets_there_is_slower_than_all
     assert numbers["worse"]["reached"] == 1
     assert np.isnan(numbers["worse"]["crossing_env_steps"])
     assert shown_of(effects(made))["Better"]["Env steps to 95 %"] == "400"
-    assert len(picture_in(learning_curves.section(made), "learning_curves").figure.axes) == 2
+    assert len(picture_in(learning_speed.section(made), "learning_curves").figure.axes) == 2
 
 
 def test_mean_success_is_the_area_under_the_curve() -> None:
@@ -258,7 +258,7 @@ def test_mean_success_is_the_area_under_the_curve() -> None:
 def test_learning_is_compared_where_both_were_watched() -> None:
     # From 100 to 200 the default has 50 on average and the ablation 70; what comes after has no counterpart.
     made = learnt(mappo=[[40.0, 60.0, 100.0, 100.0]], better=[[60.0, 80.0]])
-    numbers = numbers_of(table_in(learning_effects.section(made), "learning_effects"))
+    numbers = numbers_of(table_in(learning_speed.section(made), "learning_effects"))
     assert numbers["better"]["mean_success_percent"] == pytest.approx(20.0)
 
 

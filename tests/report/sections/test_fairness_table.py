@@ -5,7 +5,7 @@ import pytest
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.report.sections.fairness_table import fairness
+from lawn_sb3.report.sections.low_utilities import fairness
 from lawn_sb3.results.results import read_results
 from tests.handmade import flown, recipe_of, results_of
 from tests.report.reading import interval_in, numbers_of

@@ -3,7 +3,7 @@
 import pytest
 
 from lawn_sb3.report.section import Picture
-from lawn_sb3.report.sections.fairness_tradeoff import FRONTIER, frontier, section
+from lawn_sb3.report.sections.low_utilities import FRONTIER, frontier, section
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
 from tests.report.reading import picture_in

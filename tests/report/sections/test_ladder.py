@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.report.sections import ladder, ladder_learning, milestones, training
+from lawn_sb3.report.sections import ladder, training
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, player, recipe_with, results_of
 from tests.report.reading import numbers_of, picture_in, points_of, table_in
@@ -68,7 +68,7 @@ def test_the_figure_has_a_place_for_each_rung_and_names_its_lines() -> None:
 
 
 def test_a_learning_curve_is_the_mean_over_seeds_whose_batches_end_at_other_env_steps() -> None:
-    (line, *_) = picture_in(ladder_learning.section(results()), "ladder_learning").figure.axes[0].get_lines()
+    (line, *_) = picture_in(ladder.section(results()), "ladder_learning").figure.axes[0].get_lines()
     assert points_of(line) == [[11.0, 37.5], [23.0, 40.5]]
 
 
@@ -86,4 +86,3 @@ def test_learners_whose_moves_are_in_time_have_no_fig_2() -> None:
     made = results()
     made.curves["greedy/success_percent"] = 100.0
     assert training.section(made) is None
-    assert milestones.section(made) is None

@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from lawn_sb3.report.sections.milestones import section
+from lawn_sb3.report.sections.training import section
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 from tests.report.reading import table_in

@@ -1,6 +1,6 @@
 """Sensitivity: figures and ranks by changed game, and the pairs that change places beyond what seeds explain."""
 
-from lawn_sb3.report.sections.ranking import by_reward
+from lawn_sb3.report.sections.ranking import section
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
@@ -20,7 +20,7 @@ def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
 
 def ranking(games: dict[str, Results]) -> Table:
     """The ranking by reward."""
-    return table_in(by_reward(games), "ranking_reward")
+    return table_in(section("reward", games), "ranking_reward")
 
 
 def moved(before: Results, after: Results) -> str:

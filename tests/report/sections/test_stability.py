@@ -6,7 +6,8 @@ import pytest
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.report.sections.stability import is_equilibrium, regrets_mbps, section, shown_mbps
+from lawn_sb3.report.sections.optimum import section, shown_mbps
+from lawn_sb3.results.equilibria import is_equilibrium, regrets_mbps
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, player, recipe_with, responded, results_of
 from tests.report.reading import numbers_of, picture_in, table_in

@@ -12,7 +12,6 @@ from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture
-from lawn_sb3.report.sections import trajectories, trajectories_3d
 from lawn_sb3.report.sections.trajectories import (
     FIRST_SLOTS,
     UAV_COLOURS,
@@ -21,6 +20,7 @@ from lawn_sb3.report.sections.trajectories import (
     heading,
     longest_episode,
     offsets,
+    section,
     uav_look,
 )
 from lawn_sb3.results.results import Results, read_results
@@ -39,7 +39,7 @@ def small(recipe: Recipe, small_cells: list[Cell]) -> Results:
 
 def from_above(results: Results) -> Picture:
     """The view from above."""
-    return picture_in(trajectories.section(results), "trajectories")
+    return picture_in(section(results), "trajectories")
 
 
 def still(method: str, seed: int, episode: int, slots: int) -> pd.DataFrame:
@@ -87,8 +87,7 @@ def test_paths_lead_from_the_origins_and_arrived_uavs_end_at_their_destination(s
 
 def test_without_paths_there_is_nothing_to_show(small: Results) -> None:
     bare = results_of(small.recipe, small.episodes)
-    assert trajectories.section(bare) is None
-    assert trajectories_3d.section(bare) is None
+    assert section(bare) is None
 
 
 def test_the_papers_cells_are_quarters_of_the_area() -> None:
@@ -167,7 +166,7 @@ def test_fifteen_uavs_look_different() -> None:
 
 def test_the_view_in_space_shows_the_same_paths(small: Results) -> None:
     episode, aside = longest_episode(small), offsets(small.recipe.game())
-    figure: Any = picture_in(trajectories_3d.section(small), "trajectories_3d").figure
+    figure: Any = picture_in(section(small), "trajectories_3d").figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
         solid = [line for line in ax.lines if line.get_color() in UAV_COLOURS and line.get_linewidth() == 1.5]
         tracks = [np.array(line.get_data_3d()).T for line in solid if line.get_marker() == "None"]

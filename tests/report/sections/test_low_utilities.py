@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.report.sections.low_utility import CAUSES, Cause, binned, co_served_bounds, section
+from lawn_sb3.report.bins import co_served_bounds
+from lawn_sb3.report.sections.low_utilities import CAUSES, Cause, binned, section
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results
 from tests.handmade import flown, recipe_of, results_of
