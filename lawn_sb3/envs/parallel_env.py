@@ -152,7 +152,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     def _first_info(self, uav: int) -> dict[str, Any]:
         """Info before the first slot: association is known, nothing has been rated yet."""
-        info = self._info(uav, Outcome(*map(np.zeros_like, self.simulator.outcome)))
+        nothing: Any = map(np.zeros_like, self.simulator.outcome)
+        info = self._info(uav, Outcome(*nothing))
         cell = int(self.simulator.rules.cell[tuple(info["position"])])
         load = int(self.simulator.state.cell_load[0, cell])
         share = rb_share(int(self.simulator.rules.num_rbs[cell]), load)
