@@ -4,8 +4,6 @@ Both travel in one flat vector [o_i | x]; the layout knows where everything lies
 stands between them, so that an actor that may not see x is handed only the columns before it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args

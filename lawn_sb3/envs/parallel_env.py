@@ -1,7 +1,5 @@
 """The game as a strict PettingZoo environment: one game, UAVs leave when they are done, infos hold raw quantities."""
 
-from __future__ import annotations
-
 import operator
 import warnings
 from typing import Any, ClassVar, Literal

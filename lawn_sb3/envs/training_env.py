@@ -1,7 +1,5 @@
 """Many games in one environment, for training: nobody ever leaves, and a whole vector step is one compiled call."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, ClassVar, Literal, get_args
 

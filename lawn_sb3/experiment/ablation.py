@@ -1,7 +1,5 @@
 """Adding a policy of one's own to a recipe of ablations."""
 
-from __future__ import annotations
-
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.recipe import Method, Recipe, honest_label

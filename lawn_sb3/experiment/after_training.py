@@ -1,7 +1,5 @@
 """What is worked out of finished runs, once, and kept beside their evaluations: regrets, and other numbers of UAVs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import pandas as pd

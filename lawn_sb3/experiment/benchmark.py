@@ -1,7 +1,5 @@
 """How fast the kit is on this machine: simulator, environment, planning, training; one core, one torch thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path

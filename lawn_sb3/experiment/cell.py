@@ -1,7 +1,5 @@
 """One cell: a method with one seed on one game, what its result depends on, and where its run goes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass

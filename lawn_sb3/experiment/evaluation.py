@@ -1,7 +1,5 @@
 """Evaluation: one player flies some joint episodes on missions fixed by a seed; one raw row per episode and UAV."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Finding policies and importing them."""
 
-from __future__ import annotations
-
 import importlib
 import importlib.util
 import inspect

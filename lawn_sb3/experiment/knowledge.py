@@ -1,7 +1,5 @@
 """What a method's UAVs know when they act, and what has to be communicated for it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Literal, get_args
 

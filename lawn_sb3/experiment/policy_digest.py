@@ -1,7 +1,5 @@
 """What a run's fingerprint knows of its policy: a hash of the policy's file and of the user's own modules behind it."""
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import sysconfig

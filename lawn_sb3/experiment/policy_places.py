@@ -1,7 +1,5 @@
 """Where a policy is, before anything is imported: a file by its name, a module, or what another package registered."""
 
-from __future__ import annotations
-
 import importlib.util
 import sys
 from importlib.machinery import PathFinder

@@ -1,7 +1,5 @@
 """Recipes: which methods are trained on which scenario with which seeds, and how they are evaluated."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -144,7 +142,7 @@ class Recipe(BaseModel):
         """
         return load_scenario(self.scenario, self.set, "set")
 
-    def split(self) -> dict[str, Recipe]:
+    def split(self) -> dict[str, "Recipe"]:
         """One recipe for each changed game.
 
         :return: variant: its recipe, which has no variants; a recipe without any is its own, under the empty name

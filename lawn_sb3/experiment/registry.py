@@ -1,7 +1,5 @@
 """What a name stands for: algorithms and players without training."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Settings of an algorithm: which it accepts, and what a recipe's values for them mean."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from typing import Any

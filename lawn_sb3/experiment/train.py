@@ -1,7 +1,5 @@
 """One cell, from nothing to a finished run: train or resume, evaluate, and leave a run directory."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Callable

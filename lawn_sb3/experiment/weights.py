@@ -1,7 +1,5 @@
 """The networks of a trained model: kept as plain arrays in a file that holds no code, and read back."""
 
-from __future__ import annotations
-
 import pickle
 import zipfile
 from pathlib import Path

@@ -7,8 +7,6 @@ time satisfy them, random and correlated ones too, so none has more than the lar
 lets a UAV arrive later can. Policies found by best responses from there show how tight the ceiling is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import permutations, product
 from math import perm

@@ -9,8 +9,6 @@ with the weights w of :func:`slot_weight`, the others' loads n_b and the effect 
 recursion is repeated for every T worth trying.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ The airspace is turned and mirrored so that the UAV's own position lies in one o
 learn one eighth of the game, and their answers are turned back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Literal
 

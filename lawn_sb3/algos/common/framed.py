@@ -1,7 +1,5 @@
 """What policies in the symmetric frame share, whatever they learn."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """In-time moves for networks of action values: what is not allowed is worth less than anything that is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A learner's policy whose moves are in time, in the symmetric frame."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from stable_baselines3.dqn.policies import DQNPolicy, QNetwork

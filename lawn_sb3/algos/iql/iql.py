@@ -1,7 +1,5 @@
 """Independent Q-learning: N of SB3's DQN or QRDQN, one per UAV, in one shared flattened environment."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any, ClassVar

@@ -1,7 +1,5 @@
 """Which slots of the flattened games belong to which learner, and what it sees of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch as th

@@ -4,8 +4,6 @@ What an actor sees besides o_i is for a subclass to say, and so whether it looks
 the clock, and all others as they lie around the UAV.
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import torch as th
@@ -28,7 +26,7 @@ class FramedLayers(ActorCriticExtractor):
     """
 
     def __init__(
-        self, policy: FramedPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
+        self, policy: "FramedPolicy", net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
     ) -> None:
         encoder = policy.make_encoder(policy.sees, policy.looks_at_loads)
         super().__init__(policy, net_arch, activation_fn, (encoder.width, num_actions))

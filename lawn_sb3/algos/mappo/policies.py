@@ -4,8 +4,6 @@ What the critic sees is for a subclass to say. The flat observation is cut up he
 handed what its actor may see, and for its critic x besides.
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import torch as th
@@ -32,7 +30,7 @@ class ActorCriticExtractor(nn.Module):
 
     def __init__(
         self,
-        policy: CTDEViews,
+        policy: "CTDEViews",
         net_arch: dict[str, list[int]],
         activation_fn: type[nn.Module],
         actor_ends: tuple[int, int] | None = None,

@@ -1,7 +1,5 @@
 """An actor with memory: an LSTM over what it sees of its mission, beside a critic without one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Joint replay: the flat slots regrouped into games, one joint transition per entry."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, NamedTuple
 

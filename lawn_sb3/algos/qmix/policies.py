@@ -3,8 +3,6 @@
 How the Qs of a game are mixed into one value during training is for a subclass to say.
 """
 
-from __future__ import annotations
-
 import copy
 from typing import Any, ClassVar
 

@@ -1,7 +1,5 @@
 """QMIX: Q-learning on the mixed value of a whole game, with SB3's DQN for its loop and settings."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """One CSV file: its columns, writing it, and reading it back whole or saying in one line what is wrong and where."""
 
-from __future__ import annotations
-
 import io
 import reprlib
 import sys

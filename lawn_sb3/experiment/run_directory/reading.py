@@ -1,7 +1,5 @@
 """Reading back the tables of a finished run: each must be whole, and fit the run's other files."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 import numpy as np

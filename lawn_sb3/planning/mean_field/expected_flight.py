@@ -6,8 +6,6 @@ nobody's position is known, so no collision can be avoided. Only the first move 
 anew in the next slot; the recursion keeps no others, and skips voxels outside the box that the flight can be in.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ fewer flights it is over, the more so. From most to least: the sight with the cl
 one cell alone, its load and all the others; nothing. Before anything was seen, a UAV expects every cell for itself.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
