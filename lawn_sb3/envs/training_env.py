@@ -37,18 +37,9 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     ``is_success``, ``utility_mbps``, ``terminal_observation`` and, with ``timeout="truncated"``,
     ``TimeLimit.truncated``.
 
-    :param scenario: the constants of the game
-    :param num_games: number of games G
-    :param continuation: how UAVs that are done go on
-    :param timeout: whether missing the deadline is a terminal state, as Eq. (18), eq:terminal, has it, or a truncation
-    :param seed: seed of the missions
-    :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
-        ``episode`` counts them all the same
-    :param extras: what the observations hold between o_i and x
-    :param slack: allow only moves that keep arrival within T_i^min + ``slack`` slots possible; by default, all moves
-        inside the airspace
-    :param credit: whose reward a learner is given; ``team`` also gives it to those that wait for their game to restart
-    :param fewest_uavs: each new game has ``fewest_uavs`` to N UAVs (``episode`` only); by default all N
+    The arguments are those of :func:`lawn_sb3.envs.make_vec_env`. A timeout is a terminal state as in Eq. (18),
+    eq:terminal, or a truncation; ``episode`` in an info counts also those terms that are left out of the reward, and a
+    ``team``'s reward is also given to those that wait for their game to restart.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}

@@ -9,24 +9,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
 import lawn_sb3
+from lawn_sb3 import planning
 from lawn_sb3.algos.imitate import Imitate
 from lawn_sb3.algos.iql import IQL, LEARNERS
 from lawn_sb3.algos.mappo import MAPPO, EpisodeMAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
-from lawn_sb3.planning import (
-    BestRoutePlayer,
-    BoundPlayer,
-    EquilibriumPlayer,
-    ForecastPlayer,
-    MeanFieldDestinationsPlayer,
-    MeanFieldMemoryPlayer,
-    MeanFieldPlayer,
-    ShortestPathPlayer,
-    WelfarePlayer,
-    WorstEquilibriumPlayer,
-)
 
 ALGORITHMS: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
@@ -44,16 +33,16 @@ DEFAULT_POLICIES: dict[str, str] = {
     "qmix": "monotonic_mixer",
 }
 PLANNERS: dict[str, Callable[[], Player]] = {
-    "shortest-path": ShortestPathPlayer,
-    "best-route": BestRoutePlayer,
-    "forecast": ForecastPlayer,
-    "mean-field": MeanFieldPlayer,
-    "mean-field-memory": MeanFieldMemoryPlayer,
-    "mean-field-destinations": MeanFieldDestinationsPlayer,
-    "equilibrium": EquilibriumPlayer,
-    "worst-equilibrium": WorstEquilibriumPlayer,
-    "welfare": WelfarePlayer,
-    "bound": BoundPlayer,
+    "shortest-path": planning.ShortestPathPlayer,
+    "best-route": planning.BestRoutePlayer,
+    "forecast": planning.ForecastPlayer,
+    "mean-field": planning.MeanFieldPlayer,
+    "mean-field-memory": planning.MeanFieldMemoryPlayer,
+    "mean-field-destinations": planning.MeanFieldDestinationsPlayer,
+    "equilibrium": planning.EquilibriumPlayer,
+    "worst-equilibrium": planning.WorstEquilibriumPlayer,
+    "welfare": planning.WelfarePlayer,
+    "bound": planning.BoundPlayer,
 }
 PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, **PLANNERS}
 
