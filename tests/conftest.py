@@ -12,7 +12,7 @@ from lawn_sb3.experiment.after_training import add_regrets
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
-from lawn_sb3.paper.checks import fly_checks
+from lawn_sb3.paper.making import fly_checks
 from tests.cli.running import Lawn, Said, exit_status
 
 # The first example of a test may have to wait for Numba to compile.

@@ -41,6 +41,13 @@ def test_every_equation_of_the_game_is_cited_with_its_number() -> None:
     assert cited == set(NUMBERS)
 
 
+def test_docstrings_about_the_paper_cite_the_numbers_too() -> None:
+    for path in (path for room in ("paper", "report", "results") for path in (PACKAGE / room).rglob("*.py")):
+        for docstring in re.findall(r'"""(?:[^"]|"(?!""))*"""', path.read_text(encoding="utf-8")):
+            for before, label in re.findall(r"(.{0,10})\beq:(\w+)", docstring, re.DOTALL):
+                assert before.endswith(f"Eq. ({NUMBERS[label]}), "), f"{path.name}: eq:{label}"
+
+
 def test_no_number_stands_beside_another_equation_s_label() -> None:
     for path in PACKAGE.rglob("*.py"):
         for number, label in re.findall(r"Eq\. \((\d+)\),\s+eq:(\w+)", path.read_text(encoding="utf-8")):

@@ -32,7 +32,8 @@ from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
 from lawn_sb3.experiment.train import try_method
 from lawn_sb3.experiment.tuning import load_search, ranked_trials, run_search
-from lawn_sb3.paper.checks import export_checks, fly_checks
+from lawn_sb3.paper.checks import export_checks
+from lawn_sb3.paper.making import fly_checks
 from lawn_sb3.report.against_reference import against_reference
 from lawn_sb3.report.contents import build_report
 from lawn_sb3.report.document import Report, write_report

@@ -1,7 +1,5 @@
 """The figures that the paper prints, to be set beside ours."""
 
-from __future__ import annotations
-
 from types import MappingProxyType
 from typing import NamedTuple
 

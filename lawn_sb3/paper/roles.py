@@ -1,7 +1,5 @@
 """The parts that methods of a recipe play in the claims, such as ``qmix``: claims name parts, recipes choose keys."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 
@@ -30,8 +28,8 @@ ROLES: dict[str, dict[str, Any]] = {
 """What a method must be to play each part."""
 
 FORMS = ("mappo", "mappo-o")
-"""CTDE-MAPPO with the critic V(x) that the paper writes down (eq:global_state and Algorithm 1), and with V([o_i, x]):
-claims about CTDE-MAPPO are tested for both, and both have to hold."""
+"""CTDE-MAPPO with the critic V(x) that the paper writes down (Eq. (11), eq:global_state, and Algorithm 1), and with
+V([o_i, x]): claims about CTDE-MAPPO are tested for both, and both have to hold."""
 
 UNLESS_SET = {"share_parameters": False, "normalize_value": True, "without_reward": ()}
 """What tell parts apart, and the defaults: a method that changes one plays only a part that asks for it."""

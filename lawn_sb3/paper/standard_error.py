@@ -7,8 +7,6 @@ error and half a unit of the last printed digit add in quadrature. The latter co
 the cap of T_max that its error is only twice its rounding; in the other figures it is some 3 % of the error.
 """
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd
@@ -36,11 +34,7 @@ def standard_error(own: pd.Series, rounding: float = 0.0, least_spread: float = 
 
 
 def verdict(z: float) -> str:
-    """What the paper says of a candidate.
-
-    :param z: the largest distance of its figures from the paper's, in standard errors
-    :return: ``ruled out``, ``disfavoured`` or ``agrees``
-    """
+    """What the paper says of a candidate by the largest distance of its figures, in standard errors."""
     if abs(z) > RULED_OUT_Z:
         return "ruled out"
     return "disfavoured" if abs(z) > DISFAVOURED_Z else "agrees"

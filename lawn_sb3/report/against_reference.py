@@ -1,7 +1,5 @@
 """A new run of a recipe held against the reference results that are kept with the code."""
 
-from __future__ import annotations
-
 import pandas as pd
 
 from lawn_sb3.report.table import Table, row_of, sample_of, table_of
@@ -14,12 +12,7 @@ COMPARED = ("reward", "utility_mbps", "success_percent")
 
 
 def against_reference(results: Results, reference: Results) -> Table:
-    """How a new run compares with the reference.
-
-    :param results: the new run
-    :param reference: the reference
-    :return: one row for each method that both have, with the differences of the new run and a verdict
-    """
+    """How a new run compares with the reference: differences and a verdict for each method that both have."""
     common = [key for key in results.methods if key in reference.methods]
     # So that all intervals together hold their true differences with 95 %, as Bonferroni has it.
     confidence = 1.0 - 0.05 / max(1, len(common) * len(COMPARED))

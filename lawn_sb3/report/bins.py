@@ -1,7 +1,5 @@
 """Bins of cell loads."""
 
-from __future__ import annotations
-
 import math
 
 MOST_BINS = 7

@@ -1,7 +1,5 @@
 """Distributions of a quantity over all UAVs: a curve a method, those of the planners in a panel of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np
@@ -28,10 +26,9 @@ def planners(methods: Mapping[str, Method]) -> dict[str, Method]:
 
 
 def references(methods: Mapping[str, Method]) -> dict[str, Method]:
-    """The methods that are drawn again beside the planners.
+    """The methods that are drawn again beside the planners: straight flight, and a learner.
 
-    :param methods: methods of a recipe
-    :return: straight flight, and a learner: MAPPO whose critic reads [o_i, x] if there is one, or the first
+    The learner is MAPPO whose critic reads [o_i, x] if there is one, or the first.
     """
     straight = [key for key, method in methods.items() if method.player == "shortest-path"]
     learners = [key for key, method in methods.items() if method.algo is not None]
@@ -73,12 +70,7 @@ def _by_panel(methods: Mapping[str, Method]) -> list[dict[str, Method]]:
 
 
 def panels_text(results: Results, rows: pd.DataFrame) -> str:
-    """What the panels hold, for the caption.
-
-    :param results: what the runs left
-    :param rows: the table that was drawn
-    :return: a sentence with a space behind it, or nothing if there is one panel
-    """
+    """What the panels hold, for the caption: a sentence with a space behind it, or nothing if there is one panel."""
     shown = _by_panel(results.methods_in(rows))
     if len(shown) == 1:
         return ""

@@ -1,7 +1,5 @@
 """What each kind of report shows, in the order of the page: a recipe's, one of ablations, one of changed games."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """A report as a folder: tables in three formats, figures in two, a page for a forge and one JSON file."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, field

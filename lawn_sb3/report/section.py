@@ -1,7 +1,5 @@
 """A section of a report: its heading, and the tables and figures under it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple

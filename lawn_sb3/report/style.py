@@ -1,7 +1,5 @@
 """How every figure looks: a method has the same colour-blind-safe colour, line and marker everywhere."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
@@ -73,11 +71,7 @@ MOST_ROWS = 3
 
 
 def colours(methods: Iterable[str]) -> dict[str, str]:
-    """The colour of each method.
-
-    :param methods: keys of the methods
-    :return: known methods in their own colour, others in the colours that are left, in order
-    """
+    """The colour of each method: known ones have their own, others those that are left, in order."""
     return _dealt(methods, COLOURS, OKABE_ITO)
 
 
@@ -87,11 +81,7 @@ def line_of(method: str) -> LineStyle:
 
 
 def markers(methods: Iterable[str]) -> dict[str, str]:
-    """The marker of each method.
-
-    :param methods: keys of all methods of a recipe, so that figures of some of them agree
-    :return: known methods with their own marker, others with those that are left, in order
-    """
+    """The marker of each method, given as colours are; of all methods of a recipe, so that its figures agree."""
     return _dealt(methods, dict(zip(KNOWN, MARKERS, strict=False)), MARKERS)
 
 
@@ -110,24 +100,13 @@ def use_house_style() -> None:
 
 
 def save(figure: Figure, folder: Path, name: str) -> None:
-    """Save a figure as PNG and PDF; equal figures give equal bytes.
-
-    :param figure: the figure
-    :param folder: where to
-    :param name: file name without ending
-    """
+    """Save a figure as PNG and PDF under a file name without ending; equal figures give equal bytes."""
     figure.savefig(folder / f"{name}.png", metadata={"Software": None})
     figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None, "Producer": None, "Creator": None})
 
 
 def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:
-    """Head a panel with the name of its method beside a mark in the method's colour.
-
-    :param ax: the panel
-    :param label: what tables call the method
-    :param colour: its colour
-    :param height: where, as a share of the panel's height
-    """
+    """Head a panel with the name of its method beside a mark in its colour, at a share of the panel's height."""
     mark = Patch(facecolor=colour, label=label)
     # A legend, since a title has but one colour, and pale ones are hard to read.
     place = (0.5, height)
@@ -137,11 +116,7 @@ def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:
 
 
 def grid_shape(count: int) -> tuple[int, int]:
-    """How small multiples are laid out, rows as even as can be.
-
-    :param count: number of panels
-    :return: rows and columns
-    """
+    """Rows and columns of so many small multiples, rows as even as can be."""
     longest = MOST_PANELS_A_ROW + (count > MOST_PANELS_A_ROW * MOST_ROWS)
     rows = math.ceil(count / longest)
     return rows, math.ceil(count / rows)
@@ -184,12 +159,7 @@ def in_thousands(ax: Axes) -> None:
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist], column_inches: float) -> None:
-    """Put a legend below all panels, in as many columns as fit, and make the figure taller by its rows.
-
-    :param figure: the figure, its size set
-    :param handles: what the legend explains, labelled
-    :param column_inches: width of the longest entry
-    """
+    """Put a legend below all panels, in as many columns of this width as fit, and make it taller by its rows."""
     width, height = figure.get_size_inches()
     columns = min(len(handles), max(int(width // column_inches), 1))
     rows = math.ceil(len(handles) / columns)

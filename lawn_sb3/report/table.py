@@ -1,7 +1,5 @@
 """One table in every form it is needed in: numbers for machines, Markdown for a forge, LaTeX for a paper."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path

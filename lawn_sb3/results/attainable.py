@@ -1,7 +1,5 @@
 """How much welfare there is: each mission's largest is not known, but lies between the best known and a bound."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -31,21 +29,12 @@ class Share(NamedTuple):
 
 
 def welfares_mbps(results: Results, method: str) -> Floats:
-    """Welfare W (eq:welfare) of every evaluation.
-
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :return: welfare in Mbps [S, E]: seeds and episodes in ascending order
-    """
+    """Welfare W (Eq. (10), eq:welfare) of every evaluation of a method in Mbps [S, E], in ascending order."""
     return np.asarray(welfare(results.scores(method, "utility_mbps", per="uav")))
 
 
 def attainable(results: Results) -> Attainable | None:
-    """Between what the largest welfare of each test episode lies.
-
-    :param results: what the runs left
-    :return: the best known and the bound; none without results of the bound and of another method that has welfare
-    """
+    """The best known and the bound; none without results of the bound and of another method that has welfare."""
     bounds = [key for key, method in results.methods.items() if method.player == BOUND]
     others = [key for key in results.methods if key not in bounds]
     if not bounds or not others:
@@ -57,24 +46,14 @@ def attainable(results: Results) -> Attainable | None:
 
 
 def share(results: Results, method: str, limits: Attainable) -> Share:
-    """The share of the attainable welfare that a method collects: mean over missions by mean over missions.
-
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :param limits: what :func:`attainable` returned
-    :return: shares with intervals over seeds
-    """
+    """The share of the attainable welfare that a method collects: mean over missions by mean over missions."""
     by_seed = welfares_mbps(results, method).mean(axis=-1)  # [S]
     low, high = (mean_interval(100.0 * by_seed / mbps.mean()) for mbps in (limits.bound_mbps, limits.best_known_mbps))
     return Share(low, high)
 
 
 def explanation(limits: Attainable) -> str:
-    """What the shares are shares of, for the caption.
-
-    :param limits: what :func:`attainable` returned
-    :return: two sentences
-    """
+    """What the shares are shares of, for the caption."""
     best, bound = (float(mbps.mean()) for mbps in limits)
     return (
         "Share: how much of the largest possible welfare (sum of the UAVs' utilities) a method collects, as a bracket, "

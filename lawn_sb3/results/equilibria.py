@@ -1,7 +1,5 @@
 """Which outcomes are stable: what every UAV could gain by deviating alone, and the welfare of certified equilibria."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,11 +15,7 @@ Floats = NDArray[np.float64]
 
 
 def regrets_mbps(results: Results) -> pd.DataFrame:
-    """What every UAV could have gained.
-
-    :param results: what the runs left
-    :return: rows of ``results.regrets`` with the column ``regret_mbps``: 0 where there is nothing to gain but rounding
-    """
+    """Rows of ``results.regrets`` with a column ``regret_mbps``: 0 where there is nothing to gain but rounding."""
     gain = results.regrets["best_mbps"] - results.regrets["utility_mbps"]
     return results.regrets.assign(regret_mbps=gain.where(gain > EQUILIBRIUM_MBPS, 0.0))
 
@@ -29,9 +23,7 @@ def regrets_mbps(results: Results) -> pd.DataFrame:
 def is_equilibrium(results: Results, method: str) -> NDArray[np.bool_]:
     """Which evaluations of a method are equilibria: nobody collides, and nobody could gain by deviating alone.
 
-    :param results: what the runs left, with regrets of the method
-    :param method: its key in the recipe
-    :return: truth values [S, E]: the seeds that have regrets, and the episodes, in ascending order
+    Truth values [S, E]: the seeds that have regrets, and the episodes, in ascending order.
     """
     own = regrets_mbps(results)
     own = own[own["method"] == method]
@@ -67,11 +59,7 @@ class Certified(NamedTuple):
 
 
 def certified_welfares(results: Results) -> Certified | None:
-    """Gather the welfare of the equilibria, and what it is held against.
-
-    :param results: what the runs left
-    :return: welfares by mission; none without results of the bound, what is guaranteed, or any certified equilibrium
-    """
+    """The welfare of the equilibria; none without results of the bound, what is guaranteed, or a certified one."""
     limits, guaranteed = attainable(results), results.checks.get("guaranteed")
     keys = [key for key, method in results.methods_in(results.regrets).items() if method.player in EQUILIBRIA]
     if limits is None or not keys or not isinstance(guaranteed, pd.DataFrame):

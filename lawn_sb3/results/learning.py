@@ -1,7 +1,5 @@
 """How methods learn: smoothed curves, when greedy success is first high, and how much there is on average."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable
 from typing import NamedTuple
 
@@ -36,17 +34,11 @@ class Crossing(NamedTuple):
         return self.env_steps if np.isfinite(self.env_steps) else np.nan
 
     def text(self) -> str:
-        """Write the median for a table.
-
-        :return: such as ``26,624``, ``at most 2,048`` or ``> 150,000``
-        """
+        """The median for a table, such as ``26,624``, ``at most 2,048`` or ``> 150,000``."""
         return "–" if np.isnan(self.env_steps) else self._text(self.env_steps)
 
     def text_with_range(self) -> str:
-        """Write the median with the fastest and the slowest seed.
-
-        :return: such as ``26,624 [20,480 to > 150,000]``
-        """
+        """The median with the fastest and the slowest seed, such as ``26,624 [20,480 to > 150,000]``."""
         if len(self.by_seed) < 2:
             return self.text()
         return f"{self.text()} [{self._text(self.by_seed[0])} to {self._text(self.by_seed[-1])}]"
@@ -74,13 +66,7 @@ def smoothed(curves: pd.DataFrame, column: str, window: int) -> pd.DataFrame:
 
 
 def greedy_curves(results: Results, method: str, seeds: Iterable[int]) -> dict[int, pd.Series]:
-    """The greedy success of a method during training.
-
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :param seeds: the seeds to look at
-    :return: seed: success in percent by env steps, of the seeds that were watched
-    """
+    """The greedy success of a method in training, by seed: percent by env steps, of those seeds that were watched."""
     curves = results.curves
     if not len(curves) or GREEDY not in curves:
         return {}
@@ -90,22 +76,12 @@ def greedy_curves(results: Results, method: str, seeds: Iterable[int]) -> dict[i
 
 
 def has_curves(results: Results) -> bool:
-    """Whether any ablation was watched together with its default.
-
-    :param results: what the runs left
-    :return: true if there is anything to compare
-    """
+    """Whether any ablation was watched together with its default."""
     return any(watched(results, pair) for pairs in pair_up(results).values() for pair in pairs)
 
 
 def median_crossing(results: Results, method: str, seeds: Iterable[int]) -> Crossing:
-    """When the greedy success of a method is first at 95 %.
-
-    :param results: what the runs left
-    :param method: its key in the recipe
-    :param seeds: the seeds to look at
-    :return: env steps of the median seed, and of all
-    """
+    """When the greedy success of a method is first at 95 %, of some of its seeds."""
     budget = results.recipe.methods[method].env_steps
     curves = greedy_curves(results, method, seeds).values()
     if not curves:
@@ -131,12 +107,10 @@ def mean_success(curve: pd.Series, begin: float, end: float) -> float:
 
 
 def learning_effect(results: Results, pair: Pair) -> Interval:
-    """How much more success a method has during training than its default.
+    """How much more success a method has during training than its default, in points.
 
-    :param results: what the runs left
-    :param pair: the two
-    :return: difference of the means over the part of the training that both were watched in, in points, with Student's
-        t interval over seeds; NaN if they have no such part
+    The difference of the means over the part of the training that both were watched in, with Student's t interval over
+    seeds; NaN if they have no such part.
     """
     found = []
     for own, other in watched(results, pair):
@@ -147,11 +121,6 @@ def learning_effect(results: Results, pair: Pair) -> Interval:
 
 
 def watched(results: Results, pair: Pair) -> list[tuple[pd.Series, pd.Series]]:
-    """The curves of a method and its default.
-
-    :param results: what the runs left
-    :param pair: the two
-    :return: those of each seed that has both
-    """
+    """The curves of a method and its default, of each seed that has both."""
     own, other = (greedy_curves(results, key, pair.seeds) for key in (pair.key, pair.baseline))
     return [(own[seed], other[seed]) for seed in pair.seeds if seed in own and seed in other]

@@ -1,7 +1,5 @@
 """Ablations beside their defaults, seed by seed: what all tables and figures of effects are made of."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -43,19 +41,11 @@ class Pair:
         return [int(seed) for seed in self.own.index]
 
     def differences(self, quantity: str) -> pd.Series:
-        """Method minus default, seed by seed.
-
-        :param quantity: a key of ``EFFECTS``
-        :return: one difference per seed, in the quantity's unit
-        """
+        """Method minus default, seed by seed, of one of ``EFFECTS``."""
         return self.own[quantity] - self.other[quantity]
 
     def effect(self, quantity: str) -> Interval:
-        """The mean of these differences.
-
-        :param quantity: a key of ``EFFECTS``
-        :return: the mean with Student's t interval over seeds
-        """
+        """The mean of these differences, with Student's t interval over seeds."""
         return paired_t(self.own[quantity], self.other[quantity])
 
     def improvement(self, results: Results, column: str) -> Interval:
@@ -72,20 +62,14 @@ class Pair:
 
 
 def significant(effect: Interval) -> bool:
-    """Whether an interval leaves 0 out.
-
-    :param effect: the effect
-    :return: false if its bounds are unknown
-    """
+    """Whether an interval leaves 0 out; not if its bounds are unknown."""
     return effect.low > 0.0 or effect.high < 0.0
 
 
 def pair_up(results: Results) -> dict[str, list[Pair]]:
-    """Every method that is an ablation of another one, where both have results.
+    """Every method that is an ablation of another one, by its default, where both have results.
 
-    :param results: what the runs left
-    :return: default: its ablations from the best effect on J to the worst; defaults that are MAPPO first,
-        otherwise in the recipe's order
+    Ablations go from the best effect on J to the worst; defaults that are MAPPO come first, others as in the recipe.
     """
     if not len(results.episodes):
         return {}
@@ -105,11 +89,7 @@ def pair_up(results: Results) -> dict[str, list[Pair]]:
 
 
 def left_out(results: Results) -> list[str]:
-    """The ablations that have no effect to show.
-
-    :param results: what the runs left
-    :return: one line for each
-    """
+    """One line for each ablation that has no effect to show."""
     problems = []
     for key, baseline in _ablations(results).items():
         missing = [name for name in (key, baseline) if name not in results.methods]

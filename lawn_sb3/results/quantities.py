@@ -1,7 +1,5 @@
 """The quantities of an evaluation: what tables, figures and claims call each, its unit, and its digits."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 

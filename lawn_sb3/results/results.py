@@ -1,11 +1,9 @@
 """Reading back what the cells of a recipe left; what is missing or damaged is named, and the rest goes on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Literal
+from typing import Literal, Self
 
 import numpy as np
 import pandas as pd
@@ -69,19 +67,12 @@ class Results:
         return self.methods_in(self.episodes)
 
     def methods_in(self, rows: pd.DataFrame) -> dict[str, Method]:
-        """The methods that a table has rows of.
-
-        :param rows: one of the tables of these results
-        :return: the methods, in the recipe's order
-        """
+        """The methods that a table has rows of, in the recipe's order."""
         present = set(rows["method"]) if len(rows) else set()
         return {key: method for key, method in self.recipe.methods.items() if key in present}
 
-    def without_bound(self) -> Results:
-        """The same without the rows of the bound, for all that is about UAVs that meet.
-
-        :return: the other methods' results; the recipe stays as it is, so that colours do
-        """
+    def without_bound(self) -> Self:
+        """The same without the rows of the bound, for all that is about UAVs that meet; the recipe stays."""
         bounds = [key for key, method in self.recipe.methods.items() if method.player == BOUND]
         rest = replace(self)
         for name, rows in vars(self).items():
@@ -90,10 +81,7 @@ class Results:
         return rest
 
     def by_seed(self) -> pd.DataFrame:
-        """The summary of every evaluation.
-
-        :return: one row for each method and seed
-        """
+        """The summary of every evaluation, one row for each method and seed."""
         rows = [
             {"method": key, "seed": seed, **summarize(group)}
             for (key, seed), group in self.episodes.groupby(["method", "seed"], sort=False)
@@ -101,20 +89,12 @@ class Results:
         return pd.DataFrame(rows)
 
     def seeds(self, method: str) -> list[int]:
-        """The seeds of a method that have results.
-
-        :param method: its key in the recipe
-        :return: the seeds in ascending order; none if it has no results
-        """
+        """The seeds of a method that have results, in ascending order."""
         rows = self.episodes
         return sorted(rows.loc[rows["method"] == method, "seed"].unique().tolist()) if len(rows) else []
 
     def extent(self, rows: pd.DataFrame) -> str:
-        """Over how much a mean of every method is taken.
-
-        :param rows: the table of these results that it is taken over
-        :return: such as ``200 test episodes of each of 5 seeds``
-        """
+        """Over how much a mean of every method in a table is taken: ``200 test episodes of each of 5 seeds``."""
         counts = rows.groupby("method")["seed"].nunique() if len(rows) else pd.Series([0])
         seeds = " to ".join(map(str, sorted({int(counts.min()), int(counts.max())})))
         return f"{self.recipe.evaluation.episodes} test episodes of each of {seeds} seed{'' if seeds == '1' else 's'}"
@@ -138,15 +118,7 @@ class Results:
 def score_matrix(
     rows: pd.DataFrame, method: str, name: str, per: Literal["episode", "uav"] = "episode"
 ) -> NDArray[np.float64]:
-    """The values of one column of some evaluations, as :meth:`Results.scores` gives them.
-
-    :param rows: raw rows with the columns ``method`` and ``seed``
-    :param method: its key in the recipe
-    :param name: the column
-    :param per: ``episode`` averages over the UAVs of an episode
-    :return: values [S, E], or [S, E, N] per UAV
-    :raises UserError: if the rows lack the method or the column
-    """
+    """The same as :meth:`Results.scores` of any raw rows with the columns ``method`` and ``seed``."""
     if not len(rows) or method not in set(rows["method"]):
         raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
     if name == "success_percent":

@@ -14,8 +14,6 @@ Interquartile mean and probability of improvement are meant as in Agarwal et al.
 Edge of the Statistical Precipice" (2021).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from functools import partial

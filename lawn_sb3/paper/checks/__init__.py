@@ -1,8 +1,5 @@
-"""What claims and the price of anarchy rest on besides the runs, flown or planned before the report and kept in files.
+"""What claims and the price of anarchy rest on besides the runs, read back; :mod:`lawn_sb3.paper.making` makes it."""
 
-One file here per check; ``kept`` makes what is missing and reads it back.
-"""
+from lawn_sb3.paper.checks.kept import export_checks, read_checks
 
-from lawn_sb3.paper.checks.kept import export_checks, fly_checks, read_checks
-
-__all__ = ["export_checks", "fly_checks", "read_checks"]
+__all__ = ["export_checks", "read_checks"]

@@ -4,8 +4,6 @@ A rule that serves one claim stands right below it: ``@claim(...)`` over a funct
 several is marked ``@shared_rule``, and its claims stand in ``claims.yaml`` with the rule's arguments.
 """
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Claims that hold one method's final figures to another's."""
 
-from __future__ import annotations
-
 from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import (
@@ -25,13 +23,11 @@ def better_than(
 ) -> Finding:
     """Whether a method beats all others in a figure, on the same missions, by intervals apart from 0.
 
-    :param evidence: what the runs left
     :param quantity: the figure
     :param of: the parts of the method's forms; of several each has to
     :param over: the parts it is said to beat
     :param lower: less is better
     :param sizeable: leads below a tenth of the paper's make it partly
-    :return: the finding
     """
     symbol, unit, decimals = in_words(quantity)
     sign = -1.0 if lower else 1.0

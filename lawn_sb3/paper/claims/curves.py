@@ -1,7 +1,5 @@
 """Claims about training curves, seed by seed: greedy evaluations, and training missions smoothed as in Fig. 2."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -24,12 +22,8 @@ LEVEL_PERCENT = 95.0
 
 
 def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series]:
-    """A learning curve as Fig. 2 shows it.
+    """A learning curve as Fig. 2 shows it: one series per seed, its index in env steps; training missions are smoothed.
 
-    :param evidence: what the runs left
-    :param role: the part
-    :param column: column of ``progress.csv``; training missions are smoothed
-    :return: one series per seed, its index in env steps
     :raises CannotTellError: if nothing was measured
     """
     key, curves = evidence.key(role), evidence.results.curves
@@ -117,10 +111,8 @@ def _steps_up_and_down(series: pd.Series) -> float:
 def fluctuates_more(evidence: Evidence, role: str, than: list[str]) -> Finding:
     """Whether success goes up and down more in the second half of training than another method's does.
 
-    :param evidence: what the runs left
     :param role: the part said to fluctuate
     :param than: the parts of the other method's forms
-    :return: the finding
     """
     return _higher(evidence, _steps_up_and_down, " points", role, than)
 

@@ -1,7 +1,5 @@
 """Claims about how utilities are distributed over UAVs, and what makes them low."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -44,11 +42,9 @@ SHAPES = {
 def larger(evidence: Evidence, shape: str, of: list[str], than: list[str]) -> Finding:
     """Whether a figure of the distribution of the utility is larger for a method than for others.
 
-    :param evidence: what the runs left
     :param shape: a key of ``SHAPES``
     :param of: the parts of the method's forms
     :param than: the other parts
-    :return: the finding
     """
     name, unit, decimals, figure_of = SHAPES[shape]
     values = {role: figure_of(evidence.utilities_mbps(role)) for role in [*of, *than]}
@@ -60,11 +56,9 @@ def larger(evidence: Evidence, shape: str, of: list[str], than: list[str]) -> Fi
 def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percent: float) -> Finding:
     """Whether nearly all utilities of some methods lie near zero, in every seed.
 
-    :param evidence: what the runs left
     :param of: the parts
     :param below_mbps: what counts as near zero
     :param share_percent: how many of the UAVs have to lie there
-    :return: the finding
     """
     figures, held, names = [], [], []
     for role in of:
@@ -87,7 +81,7 @@ def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percen
     measure="UAVs of the trained players that are in the voxel of another at the end of a slot, test missions",
 )
 def collision_free(evidence: Evidence) -> Finding:
-    """Whether no UAV is ever in the voxel of another (eq:collision)."""
+    """Whether no UAV is ever in the voxel of another: Eq. (4), eq:collision."""
     figures, held = [], []
     for role in FORMS:
         collisions = evidence.results.scores(evidence.key(role), "collisions", per="uav")  # [S, E, N]

@@ -1,7 +1,5 @@
 """What claims are held to: what the runs left, and what was flown for the claims alone."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,10 +18,7 @@ class CannotTellError(Exception):
 
 @dataclass
 class Evidence:
-    """What claims are held to.
-
-    :param results: what the runs left
-    """
+    """What claims are held to."""
 
     results: Results
 
@@ -33,10 +28,8 @@ class Evidence:
         return cast(self.results.methods)
 
     def key(self, role: str) -> str:
-        """The method that plays a part.
+        """The key of the method that plays a part.
 
-        :param role: the part
-        :return: its key in the recipe
         :raises CannotTellError: if the recipe has no such method, or no run of it is whole
         """
         if role not in self.roles:
@@ -52,12 +45,7 @@ class Evidence:
         return self.method(role).label
 
     def scores(self, role: str, name: str) -> NDArray[np.float64]:
-        """A figure of every seed and test episode.
-
-        :param role: the part
-        :param name: column of the raw rows
-        :return: means over the UAVs of an episode [S, E]
-        """
+        """One column of the raw rows for every seed and test episode: means over the UAVs of an episode [S, E]."""
         return self.results.scores(self.key(role), name)
 
     def utilities_mbps(self, role: str) -> NDArray[np.float64]:
@@ -65,10 +53,8 @@ class Evidence:
         return self.results.scores(self.key(role), "utility_mbps", per="uav")
 
     def check(self, name: str) -> pd.DataFrame:
-        """What was flown for claims alone.
+        """The rows of a check, which was flown for claims alone.
 
-        :param name: the name of a check
-        :return: its rows
         :raises CannotTellError: if they are not there
         """
         found = self.results.checks.get(name, f"needs checks/{name}.csv, which lawn-sb3 reproduce makes")

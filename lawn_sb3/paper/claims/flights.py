@@ -1,7 +1,5 @@
 """Claims that are held to flights of their own: what an actor reads, and what hovering gives."""
 
-from __future__ import annotations
-
 from lawn_sb3.paper.claims.claim import Finding, claim
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import combine

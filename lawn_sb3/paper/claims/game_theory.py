@@ -1,7 +1,5 @@
 """Claims about the game: whether it has a potential, and whether welfare is maximised and costs fairness."""
 
-from __future__ import annotations
-
 from lawn_sb3.game.fairness import gini
 from lawn_sb3.paper.claims.claim import Finding, Verdict, claim
 from lawn_sb3.paper.claims.evidence import Evidence

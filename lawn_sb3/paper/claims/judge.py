@@ -1,7 +1,5 @@
 """From claims to verdicts: apply each claim's rule, and say so where the evidence is missing."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from lawn_sb3.errors import UserError
@@ -11,12 +9,7 @@ from lawn_sb3.paper.claims.rule_parts import sentence
 
 
 def judge(claim: Claim, evidence: Evidence) -> Finding:
-    """Hold one claim to the evidence.
-
-    :param claim: the claim
-    :param evidence: what the runs left
-    :return: verdict, figure and reason; ``not testable`` where the evidence is missing
-    """
+    """Hold one claim to the evidence; it is ``not testable`` where that is missing."""
     try:
         return claim.rule(evidence)
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
@@ -25,10 +18,5 @@ def judge(claim: Claim, evidence: Evidence) -> Finding:
 
 
 def judge_all(claims: Sequence[Claim], evidence: Evidence) -> list[Judged]:
-    """Hold all claims to the evidence.
-
-    :param claims: the claims
-    :param evidence: what the runs left
-    :return: each claim with what was found, in order
-    """
+    """Hold all claims to the evidence, in order."""
     return [Judged(claim, judge(claim, evidence)) for claim in claims]

@@ -1,7 +1,5 @@
 """Claims that the paper's own constants, equations and tables decide, without any training."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.game.airspace import action_table
@@ -27,7 +25,7 @@ EXAMPLE_SLOTS = (1, 10, 100)
     measure="RBs of each UAV by eq:rb, for 1 to N UAVs in the cell; holds by construction",
 )
 def share_falls(evidence: Evidence) -> Finding:
-    """Whether every UAV that enters lowers the share (eq:rb); partly if rounding down leaves some as they were."""
+    """Whether every UAV that enters lowers the share, Eq. (1), eq:rb; partly if rounding down leaves some unchanged."""
     game = evidence.results.recipe.game()
     if game.num_uavs < 2:
         raise CannotTellError("needs a game of at least two UAVs")
@@ -123,7 +121,7 @@ def _corrected(rates_mbps: list[float], beta: float) -> float:
     measure="its sum over a flight at a steady rate",
 )
 def rate_term_duration(evidence: Evidence) -> Finding:
-    """Whether the rate term of the reward (eq:reward_rate) adds up to no more on a longer flight at the same rate."""
+    """Whether the rate term, Eq. (15), eq:reward_rate, adds up to no more on a longer flight at the same rate."""
     beta = evidence.results.recipe.game().ema_beta
     ema = [0.0]
     for _ in range(max(EXAMPLE_SLOTS)):
@@ -169,7 +167,7 @@ def table_1_reward_unit(evidence: Evidence) -> Finding:
     measure="number of elements of A_i, eq:action_space",
 )
 def continuous_actions(evidence: Evidence) -> Finding:
-    """Whether the action space is continuous: by eq:action_space it is a finite set."""
+    """Whether the action space is continuous: by Eq. (13), eq:action_space, it is a finite set."""
     count = len(action_table(PRESETS["as-printed"].max_voxel_steps))
     return Finding(
         "impossible as printed",

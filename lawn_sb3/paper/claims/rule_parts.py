@@ -1,7 +1,5 @@
 """What rules share: differences with intervals, the verdict on several conditions, and words for the reason."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -45,10 +43,8 @@ def is_positive(value: float) -> bool:
 
 
 def known(interval: Interval) -> Interval:
-    """An interval that a verdict may rest on.
+    """The same interval, if a verdict may rest on it.
 
-    :param interval: the interval
-    :return: the same
     :raises CannotTellError: if its bounds are unknown, as one seed leaves them
     """
     if not interval.is_known:
@@ -63,24 +59,13 @@ def in_words(quantity: str) -> tuple[str, str, int]:
 
 
 def by_seed(evidence: Evidence, role: str, quantity: str) -> Interval:
-    """The mean of a figure and its interval over seeds.
-
-    :param evidence: what the runs left
-    :param role: the part
-    :param quantity: a key of ``QUANTITIES``
-    :return: the mean over seeds
-    """
-    return mean_interval(evidence.scores(role, quantity).mean(axis=1))
+    """The mean of one of ``QUANTITIES``, with its interval over seeds."""
+    return evidence.results.mean(evidence.key(role), quantity)
 
 
 def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Interval:
-    """How much more of a figure one part gets than another, on the same missions.
+    """How much more of one of ``QUANTITIES`` one part gets than another, on the same missions, by Welch's interval.
 
-    :param evidence: what the runs left
-    :param quantity: a key of ``QUANTITIES``
-    :param role: the part
-    :param other: the other part
-    :return: the mean difference and Welch's interval over seeds
     :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
     """
     own, others = (evidence.scores(part, quantity) for part in (role, other))
@@ -90,14 +75,7 @@ def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Inte
 
 
 def printed_difference(evidence: Evidence, quantity: str, role: str, other: str) -> float | None:
-    """The difference of two methods in the paper's Table II.
-
-    :param evidence: what the runs left
-    :param quantity: a key of ``QUANTITIES``
-    :param role: the part
-    :param other: the other part
-    :return: the difference; None if a method has no row, or the table no such column
-    """
+    """The same difference in the paper's Table II; None if a method has no row, or the table no such column."""
     rows = [evidence.method(part).paper_row for part in (role, other)]
     if None in rows or quantity not in PaperRow._fields:
         return None
@@ -106,11 +84,8 @@ def printed_difference(evidence: Evidence, quantity: str, role: str, other: str)
 
 
 def seed_difference(own: NDArray[np.float64], others: NDArray[np.float64]) -> Interval:
-    """Difference of two means over seeds; seeds of two methods are no pairs, and need not be as many.
+    """Difference of two means over seeds [S1] and [S2], by Welch's interval: seeds of two methods are no pairs.
 
-    :param own: one figure per seed [S1]
-    :param others: the same of another method [S2]
-    :return: the difference and Welch's interval
     :raises CannotTellError: if one of them has a single seed
     """
     return known(welch_difference(own, others))
@@ -124,7 +99,7 @@ def higher(
     :param evidence: what the runs left
     :param values: the figure by part, one value per seed
     :param of: the parts said to have more than the rest
-    :param unit: its unit, with a space in front
+    :param unit: of the figure, with a space in front
     :param decimals: its digits
     :return: the verdict, the figure of every part, and the reason
     :raises CannotTellError: if a part has a single seed

@@ -1,7 +1,5 @@
 """Claims about the figures of single methods: rows of Table II, and what their times can mean."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,10 +18,7 @@ PAPER_SEEDS = 5
 def printed_row(evidence: Evidence, role: str) -> PaperRow:
     """The row of Table II that is about the method of a part.
 
-    :param evidence: what the runs left
-    :param role: the part
-    :return: the printed figures
-    :raises CannotTellError: if the method has none
+    :raises CannotTellError: if it has none
     """
     row = evidence.method(role).paper_row
     if row is None:
@@ -37,9 +32,7 @@ def agrees_with_row(evidence: Evidence, role: str) -> Finding:
 
     The paper prints no spread: its episodes and seeds are taken to spread as ours do.
 
-    :param evidence: what the runs left
     :param role: the part
-    :return: the finding
     """
     row = printed_row(evidence, role)
     figures, agree, far = [], [], []

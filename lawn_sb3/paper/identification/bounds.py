@@ -1,12 +1,12 @@
 """Which J a method with 100 % success can have at all, whatever it flies: a check without any model of the method.
 
-The accumulated reward of a UAV that arrives in slot T >= m = T_i^min is, since its terms telescope,
+The accumulated reward of a UAV that arrives in slot T >= m = T_i^min is, as Eq. (14), eq:reward, telescopes,
 
     J_i = nav_weight * ||q_i^0 - d_i|| + R-bar_i(T)/u + U_i/u - collision_penalty * collisions_i
         = nav_weight * ||q_i^0 - d_i|| + R-hat_i * g(T, m)/u - collision_penalty * collisions_i
 
 with the rate unit u, b = 1 - beta and g(T, m) = 1 - b^T + m/T, because R-bar_i = R-hat_i (1 - b^T) and
-U_i = R-hat_i m/T. (That is the reading ``bias_horizon: completion``.)
+U_i = R-hat_i m/T by Eq. (9), eq:utility. (That is the reading ``bias_horizon: completion``.)
 
 The paper prints the means of R-hat_i and of the makespan, which may go along with m in any way. So the bounds are the
 smallest and the largest mean of R-hat * g over all distributions of (R-hat, T) for the UAVs of each m that have
@@ -20,8 +20,6 @@ bound all fly the shortest way. For with x = b^m in (0, 1) and s = T/m >= 1, g(m
 (1 - 1/s) - (x - x^s), and x - x^s, largest at x = s^(-1/(s-1)), is x (1 - 1/s) <= 1 - 1/s there: g is largest at T = m.
 Collisions only lower J, so the upper bound holds with them; the lower one is for a method without.
 """
-
-from __future__ import annotations
 
 from typing import NamedTuple
 
@@ -55,13 +53,7 @@ def draw_legs(scenario: Scenario, episodes: int, seed: int) -> Legs:
 
 
 def rate_weight(slots: Ints, min_slots: Ints, ema_beta: float) -> Floats:
-    """How often R-hat_i counts in J_i: g(T, m) of the module's text.
-
-    :param slots: T_i
-    :param min_slots: T_i^min
-    :param ema_beta: beta
-    :return: 1 - (1 - beta)^T + T_i^min / T_i, between 0 and 2
-    """
+    """How often R-hat_i counts in J_i: g(T, m) = 1 - (1 - beta)^T + m / T of the module's text, between 0 and 2."""
     return np.asarray(1.0 - (1.0 - ema_beta) ** slots + min_slots / slots)
 
 
@@ -128,12 +120,8 @@ def rate_terms_mbps(
 
 
 def rewards(legs: Legs, terms_mbps: Floats, nav_weight: float, unit_mbps: float) -> Floats:
-    """J of every UAV that arrives and never collides.
+    """J of every UAV that arrives and never collides [E, N], by its terms of :func:`rate_terms_mbps`.
 
-    :param legs: the missions
-    :param terms_mbps: what :func:`rate_terms_mbps` returned
-    :param nav_weight: weight of progress
-    :param unit_mbps: unit of rates inside rewards
-    :return: J [E, N]; only the mean of all is a bound
+    Only the mean of all is a bound.
     """
     return nav_weight * legs.distance_voxels + terms_mbps / unit_mbps

@@ -1,7 +1,5 @@
 """What the paper leaves open: each constant and reading in doubt, with the values that might be meant."""
 
-from __future__ import annotations
-
 from typing import Any, Literal, NamedTuple
 
 from lawn_sb3.scenario import PRESETS, Scenario
@@ -49,19 +47,12 @@ class Candidate(NamedTuple):
 
 
 def link_budget_db(scenario: Scenario) -> float:
-    """The signal-to-noise ratio at 1 m: all that eq:rate knows of P_tx, beta_0 and sigma^2.
-
-    :param scenario: the scenario
-    :return: P_tx + beta_0 - sigma^2 in dB
-    """
+    """The signal-to-noise ratio at 1 m, P_tx + beta_0 - sigma^2 in dB: all that Eq. (2), eq:rate, knows of them."""
     return scenario.tx_power_dbm + scenario.ref_gain_db - scenario.noise_power_dbm
 
 
 def candidates() -> list[Candidate]:
-    """All candidates, for each constant the preset's value first.
-
-    :return: the candidates, those of a constant side by side
-    """
+    """All candidates, those of a constant side by side, the preset's value first."""
     found = []
     for constant, choices in _choices().items():
         for label, changes in choices.items():

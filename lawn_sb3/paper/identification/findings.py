@@ -1,7 +1,5 @@
 """What the tables of an identification say of each constant, in one computed sentence each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -4,8 +4,6 @@ The Random player needs no training, so its row in the paper's Table II tests th
 J of trained players and bounds on the J of any successful method narrow down.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """An identification as a Markdown page."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd
@@ -15,11 +13,7 @@ from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z
 
 
 def as_markdown(result: Identification) -> str:
-    """Write an identification for reading.
-
-    :param result: the identification
-    :return: a Markdown page
-    """
+    """An identification as a Markdown page."""
     printed = TABLE_II["Random"]
     row = ", ".join(f"{SYMBOLS[name]} {getattr(printed, name):g}" for name in FIGURES)
     parts = [

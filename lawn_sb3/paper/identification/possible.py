@@ -1,7 +1,5 @@
 """Which weights of progress, rate units and ``ema_beta`` can give the J that the paper prints of CTDE-MAPPO."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The Random row of the paper's Table II under each candidate, and how far it lies from the printed one."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,14 +1,12 @@
 """What the constants of the reward do to J: the terms of one set of flights, weighed anew.
 
-Rate and navigation rewards telescope, so the accumulated reward of a mission is
+Rate and navigation rewards telescope, so the rewards of Eq. (14), eq:reward, add up over a mission to
 
     J_i = nav_weight * progress_i - collision_penalty * collisions_i - fail_penalty * failed_i
           + (R-bar_i(T_i) + U_i) / rate unit
 
 with progress in voxels of Euclidean distance. J alone can identify these constants only jointly: they form a plane.
 """
-
-from __future__ import annotations
 
 from collections.abc import Sequence
 
@@ -64,12 +62,7 @@ def weights(scenario: Scenario) -> dict[str, float]:
 
 
 def accumulated_reward(terms: pd.DataFrame, scenario: Scenario) -> pd.Series:
-    """The reward J_i of every UAV under other weights.
-
-    :param terms: what :func:`reward_terms` returned
-    :param scenario: whose weights; its dynamics, ``ema_beta`` and ``bias_horizon`` must be those of the flights
-    :return: J_i
-    """
+    """The reward J_i of every UAV under a scenario's weights, whose other constants must be those of the flights."""
     return terms[list(TERMS)] @ pd.Series(weights(scenario))
 
 

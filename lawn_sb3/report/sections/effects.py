@@ -1,7 +1,5 @@
 """What each part of a method is worth: ablations held against their defaults, in a table and at a glance."""
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The ladder: what the UAVs earn by what they know, learners beside planners, and how the learners get there."""
 
-from __future__ import annotations
-
 import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes

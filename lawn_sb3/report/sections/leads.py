@@ -1,7 +1,5 @@
 """Who leads in each changed game, and by how much."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """How fast ablations learn beside their defaults, by greedy success on the way: a table, and the curves."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes

@@ -1,7 +1,5 @@
 """Who got the low utilities: how evenly they fall on the UAVs, what evenness costs, and what makes them low."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 from typing import Literal

@@ -1,7 +1,5 @@
 """Cell loads over time: how many UAVs fly in a cell alone, and how many share theirs."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """How far from the optimum: the price of anarchy as a bracket, and what each UAV could gain by deviating alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pandas as pd
 

@@ -1,7 +1,5 @@
 """How the ranking of methods moves from one changed game to the next."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from itertools import combinations
 

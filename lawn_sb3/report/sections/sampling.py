@@ -1,7 +1,5 @@
 """What greedy play is worth: the test missions flown greedily, and once more with sampled actions."""
 
-from __future__ import annotations
-
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import interval_columns, row_of, sample_text, table_of
 from lawn_sb3.results.quantities import QUANTITIES

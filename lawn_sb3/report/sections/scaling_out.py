@@ -1,7 +1,5 @@
 """Scaling out: what actors do among more or fewer UAVs than they were trained with, without retraining."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Table I: every constant of the game, where its value comes from, and what the paper prints."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pandas as pd

@@ -1,7 +1,5 @@
 """Table II: every method's figures with the paper's beside them, and every method held against CTDE-MAPPO."""
 
-from __future__ import annotations
-
 from lawn_sb3.experiment.knowledge import bits_of
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.report.section import Section

@@ -1,7 +1,5 @@
 """Fig. 2: how reward and success rise in training, when success is first high, and what is nearest to the paper's."""
 
-from __future__ import annotations
-
 import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes

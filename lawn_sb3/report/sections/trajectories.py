@@ -1,7 +1,5 @@
 """One test episode as every method flies it, drawn from above and in space."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Fig. 3: the distribution of the utility over all UAVs."""
 
-from __future__ import annotations
-
 from lawn_sb3.report.cdf import distributions, panels_text
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.results.results import Results

@@ -1,7 +1,5 @@
 """Claims of the paper: what it says, what was measured, and the verdict."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 
@@ -47,12 +45,7 @@ def section(results: Results) -> Section | None:
 
 
 def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
-    """All claims with their findings.
-
-    :param judged: the claims and what was found
-    :param caption: what to say of them, perhaps with their ``count``
-    :return: one row a claim
-    """
+    """One row a claim with its finding; the caption may tell their ``count``."""
     rows = [
         Row(
             {
@@ -78,11 +71,7 @@ def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
 
 
 def claims_headlines(judged: Sequence[Judged]) -> Table:
-    """The claims that carry the paper.
-
-    :param judged: the claims and what was found
-    :return: one row a claim, in the order of the verdicts
-    """
+    """The claims that carry the paper, in the order of the verdicts."""
     chosen = [one for verdict in VERDICTS for one in judged if one.claim.headline and one.finding.verdict == verdict]
     full = claims_table(chosen)
     shown = full.shown.drop(columns=["Claim", "Why"], errors="ignore")
@@ -92,11 +81,7 @@ def claims_headlines(judged: Sequence[Judged]) -> Table:
 
 
 def claims_summary(judged: Sequence[Judged]) -> Table:
-    """Which claims got each verdict.
-
-    :param judged: the claims and what was found
-    :return: one row a verdict
-    """
+    """Which claims got each verdict."""
     rows = []
     for verdict in VERDICTS:
         names = [claim.id for claim, finding in judged if finding.verdict == verdict]
@@ -107,10 +92,6 @@ def claims_summary(judged: Sequence[Judged]) -> Table:
 
 
 def tally(judged: Sequence[Judged]) -> str:
-    """How many claims got each verdict.
-
-    :param judged: the claims and what was found
-    :return: one line
-    """
+    """How many claims got each verdict, in one line."""
     counts = Counter(finding.verdict for _, finding in judged)
     return ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])

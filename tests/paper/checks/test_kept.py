@@ -11,9 +11,10 @@ from rich.console import Console
 
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.paper.checks import export_checks, fly_checks, read_checks
-from lawn_sb3.paper.checks.hovering import Hovering
+from lawn_sb3.paper.checks import export_checks, read_checks
 from lawn_sb3.paper.checks.kept import checks_folder
+from lawn_sb3.paper.making import fly_checks
+from lawn_sb3.paper.making.make import hovering
 
 QUIET = Console(quiet=True)
 OF_CLAIMS = {"printed_grid", "least_reward", "deviation_cycles", "hovering", "state_noise"}
@@ -33,7 +34,7 @@ def written(folder: Path) -> dict[str, int]:
 def test_what_was_flown_is_read_back(recipe: Recipe, small_cells: list[Cell]) -> None:
     found, problems = read(recipe, small_cells)
     assert (set(found), problems) == (OF_CLAIMS, [])
-    again = Hovering().fly(recipe, [])
+    again = hovering(recipe, [])
     assert isinstance(found["hovering"], pd.DataFrame)
     np.testing.assert_allclose(found["hovering"]["rate_mbps"], again["rate_mbps"], rtol=1e-8)
     record = json.loads((checks_folder(small_cells) / "hovering.json").read_text(encoding="utf-8"))

@@ -1,23 +1,10 @@
 """UAVs of which some fly straight and all others hover near their start, as the paper explains IQL's rate."""
 
-from __future__ import annotations
-
-from collections.abc import Sequence
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.paper.checks.check import EvaluationCheck
-from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.planning import ShortestPathPlayer
-
-SHARE_FLYING = TABLE_II["IQL"].success_percent / 100.0
-"""As many as the paper's IQL brings to their destinations."""
 
 
 class HoveringPlayer:
@@ -35,11 +22,7 @@ class HoveringPlayer:
         self._straight = ShortestPathPlayer()
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Draw who flies, and find where the others hover.
-
-        :param simulator: the games
-        :param rng: source of the draw
-        """
+        """Draw who flies, and find where the others hover."""
         rules, state = simulator.rules, simulator.state
         ends = np.clip(state.position[:, :, None] + rules.actions, 0, np.array(rules.grid) - 1)  # [G, N, A, 3]
         x, y, z = np.moveaxis(ends, -1, 0)
@@ -52,25 +35,7 @@ class HoveringPlayer:
         self._straight.start(simulator, rng)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Move once to hover, or on to the destination.
-
-        :param simulator: the games
-        :return: indices into the action table [G, N]
-        """
+        """Move once to hover, or on to the destination: indices into the action table [G, N]."""
         move = np.where(self._flies, self._straight.act(simulator), self._next)
         self._next = np.zeros_like(self._next)  # action 0 hovers
         return move
-
-
-class Hovering(EvaluationCheck):
-    """Raw rows of the player that hovers, in the recipe's game."""
-
-    name = "hovering"
-
-    def depends_on(self, recipe: Recipe, finished: Sequence[Cell]) -> dict[str, Any]:
-        """Who flies."""
-        return {"share_flying": SHARE_FLYING}
-
-    def player(self) -> Player:
-        """The player that hovers."""
-        return HoveringPlayer(SHARE_FLYING)

@@ -6,14 +6,15 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import radio_map
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.paper.checks.hovering import Hovering, HoveringPlayer
 from lawn_sb3.paper.claims import Finding
 from lawn_sb3.paper.claims.flights import iql_rate_artefact
+from lawn_sb3.paper.making.hovering import HoveringPlayer
+from lawn_sb3.paper.making.make import hovering
 from lawn_sb3.scenario import PRESETS
 from tests.handmade import evidence, recipe_of_parts
 
 
-def hovering(origins: list[list[int]]) -> Simulator:
+def hovered(origins: list[list[int]]) -> Simulator:
     """Four UAVs of the paper's game, one slot after these starts, all of them to hover."""
     missions = Missions(np.array([origins]), np.array([[[x, y, 2] for x, y, _ in origins]]))
     simulator = Simulator(PRESETS["paper"], continuation="episode")
@@ -28,14 +29,14 @@ def test_who_hovers_leaves_a_crowded_cell_for_an_empty_one_nearby() -> None:
     # Cells are quarters of 5 x 5 voxels, with GBSs below (2, 2), (2, 7), (7, 2) and (7, 7). All four UAVs start in the
     # first. The last, at (2, 4), can get to 2 of 10 RBs at (2, 2), the best link, or to all 10 at the equally good
     # (2, 7), three steps away; the others have only the first cell within three steps.
-    simulator = hovering([[0, 0, 0], [0, 1, 0], [1, 0, 0], [2, 4, 0]])
+    simulator = hovered([[0, 0, 0], [0, 1, 0], [1, 0, 0], [2, 4, 0]])
     assert simulator.state.position[0, 3].tolist() == [2, 7, 0]
     assert simulator.outcome.num_rbs[0].tolist() == [3, 3, 3, 10]  # 10 among three, 10 for one
 
 
 def test_who_hovers_stays_in_a_cell_it_has_to_itself() -> None:
     # Alone: 10 RBs here as there, and (2, 2) is nearer than (2, 7).
-    simulator = hovering([[2, 4, 0], [9, 9, 0], [9, 8, 0], [8, 9, 0]])
+    simulator = hovered([[2, 4, 0], [9, 9, 0], [9, 8, 0], [8, 9, 0]])
     assert simulator.state.position[0, 0].tolist() == [2, 2, 0]
 
 
@@ -70,7 +71,7 @@ def test_all_that_do_not_hover_arrive_in_the_least_time() -> None:
 def judged(*changes: str) -> Finding:
     """The claim that hovering explains IQL's rate, held to 100 missions."""
     recipe = recipe_of_parts(changes=changes, episodes=100)
-    return iql_rate_artefact(evidence(recipe=recipe, hovering=Hovering().fly(recipe, [])))
+    return iql_rate_artefact(evidence(recipe=recipe, hovering=hovering(recipe, [])))
 
 
 def test_hovering_can_give_the_printed_rate_unless_the_link_is_worse() -> None:
