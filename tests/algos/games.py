@@ -13,12 +13,7 @@ from lawn_sb3.envs.observation import space_of
 
 
 class ScriptedVecEnv(VecEnv):
-    """A vector environment of whole games that a subclass plays; nothing but SB3's interface and a layout.
-
-    :param num_games: G
-    :param layout: where o_i and x lie in the flat observation
-    :param num_actions: actions of a UAV
-    """
+    """A vector environment of whole games that a subclass plays; nothing but SB3's interface and a layout."""
 
     def __init__(self, num_games: int, layout: ObservationLayout, num_actions: int) -> None:
         self.num_games = num_games
@@ -46,11 +41,7 @@ class ScriptedVecEnv(VecEnv):
 
 
 class MatrixGame(ScriptedVecEnv):
-    """A one-step game of two players who see nothing: the payoff of their actions is the reward of both.
-
-    :param payoff: payoffs by the actions of the first and of the second player
-    :param num_games: games played side by side
-    """
+    """A one-step game of two players who see nothing: the payoff [first, second] of their actions is both's reward."""
 
     def __init__(self, payoff: Any, num_games: int = 16) -> None:
         self.payoff = np.asarray(payoff, dtype=np.float32)

@@ -8,7 +8,6 @@ import torch as th
 from numpy.typing import NDArray
 from sb3_contrib import QRDQN
 from stable_baselines3 import DQN
-from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
@@ -216,20 +215,6 @@ def test_the_learning_rate_of_every_learner_follows_the_progress() -> None:
     model = independent(learning_rate=lambda progress: 1e-3 * progress).learn(40 * VECTOR)
     rates = [one.policy.optimizer.param_groups[0]["lr"] for one in model.learners]
     assert rates == pytest.approx([0.0] * N, abs=1e-9)
-
-
-def test_multi_step_returns_are_sb3_s() -> None:
-    model = independent(n_steps=3).learn(30 * VECTOR)
-    assert {type(one.replay_buffer).__name__ for one in model.learners} == {"NStepReplayBuffer"}
-
-
-def test_the_log_has_the_mean_of_the_learners() -> None:
-    model = independent(learning_starts=10**6).learn(20 * VECTOR)
-    model.set_logger(Logger(None, []))
-    model.train(2, 32)
-    losses = [one.logger.name_to_value["train/loss"] for one in model.learners]
-    assert model.logger.name_to_value["train/loss"] == pytest.approx(np.mean(losses))
-    assert model.logger.name_to_value["train/n_updates"] == 2
 
 
 # --- exploration ---------------------------------------------------------------------------------------------------

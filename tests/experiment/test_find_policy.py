@@ -146,8 +146,6 @@ def test_a_module_beside_the_user_is_found(folder: Path) -> None:
     assert find_policy("beside_me:OwnPolicy").__name__ == "OwnPolicy"
 
 
-# --- the digest of a policy ----------------------------------------------------------------------------------------
-
 USES = """
 from lawn_sb3.algos.mappo import CTDEPolicy
 from {module} import {name}
