@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from lawn_sb3.envs import ObservationLayout
+from lawn_sb3.envs.observation import space_of
 
 
 class ScriptedVecEnv(VecEnv):
@@ -18,7 +19,7 @@ class ScriptedVecEnv(VecEnv):
         self.num_games = num_games
         self.layout = layout
         self.render_mode = None
-        super().__init__(num_games * layout.num_uavs, layout.flat_space(), spaces.Discrete(num_actions))
+        super().__init__(num_games * layout.num_uavs, space_of(layout.flat_dim), spaces.Discrete(num_actions))
 
     def step_async(self, actions: NDArray[Any]) -> None:
         self.actions = np.asarray(actions).reshape(self.num_games, self.layout.num_uavs)

@@ -14,6 +14,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from lawn_sb3.algos.iql import IQL, LEARNERS, DoubleDQN
 from lawn_sb3.envs import make_vec_env
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.scenario import PRESETS
 from policies.local_q import LocalQPolicy
 from policies.quantile_q import QuantileQPolicy
@@ -90,7 +91,7 @@ def test_the_policy_class_chooses_the_learner(kind: str, made: type) -> None:
     assert issubclass(model.policy_class, tuple(LEARNERS))
     assert [type(one) for one in model.learners] == [made] * (1 if kind == "shared" else N)
     if kind != "shared":
-        assert [one.observation_space for one in model.learners] == [model.layout.local_space()] * N
+        assert [one.observation_space for one in model.learners] == [space_of(model.layout.local_dim)] * N
 
 
 @pytest.mark.parametrize("kind", ["vanilla", "quantiles"])
@@ -140,7 +141,7 @@ class LocalOnly(VecEnvWrapper):
 
     def __init__(self, venv: VecEnv) -> None:
         self.layout = venv.get_attr("layout", [0])[0]
-        super().__init__(venv, observation_space=self.layout.local_space())
+        super().__init__(venv, observation_space=space_of(self.layout.local_dim))
 
     def reset(self) -> NDArray[Any]:
         return np.asarray(self.venv.reset())[:, self.layout.local]

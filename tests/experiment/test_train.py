@@ -113,7 +113,7 @@ def test_an_edited_policy_is_another_configuration(
     before = cell.fingerprint()
     path.write_text(source + "\n# another line\n", encoding="utf-8")
     assert cell.fingerprint() == before  # this process goes on with what it has imported
-    monkeypatch.setattr("lawn_sb3.experiment.find_policy._DIGESTS", {})  # as in another process
+    monkeypatch.setattr("lawn_sb3.experiment.policy_digest._DIGESTS", {})  # as in another process
     assert cell.fingerprint() != before
     assert "policies.edited" not in sys.modules  # nothing is imported to tell
 
