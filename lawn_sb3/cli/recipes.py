@@ -26,10 +26,10 @@ from lawn_sb3.experiment.after_training import add_regrets, add_scaling
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
-from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.experiment.train import try_method
 from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings, run_search
 from lawn_sb3.paper.checks import export_checks
@@ -51,7 +51,7 @@ def reproduce(
 
     Finished runs are kept, interrupted ones are resumed, those made with other settings are made anew.
     """
-    recipe, command = load_recipe(recipe_path), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
+    recipe, command = load_recipe(shipped_recipe(recipe_path)), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     runs = recipe_path.parent / recipe.name
     todo = cells(recipe, runs)
     _try_methods(todo)
@@ -89,20 +89,22 @@ def ablate(
     """Train a policy of yours with the default settings, and compare it with all ablations.
 
     It takes the place of the default policy of its algorithm. What it is compared with are your own runs of the
-    recipe, or the reference results of each method that you have not run in full.
+    recipe, or the reference results of each method that you have not run in full; where there are neither, the default
+    is trained too.
     """
-    shipped = recipe_path == ABLATION_RECIPE and not recipe_path.exists()
-    source = REPOSITORY / recipe_path if shipped else recipe_path
+    source = shipped_recipe(recipe_path)
     recipe, key = with_policy(load_recipe(source), policy)
     runs, reference = recipe_path.parent / recipe.name, _reference(source, recipe)
     todo = cells(recipe, runs)
     unfinished = {cell.key for cell in todo if cell.key != key and not is_finished(cell)}
     kept = [cell for cell in cells(recipe, reference) if cell.key in unfinished]
     compared = [cell for cell in todo if cell.key not in unfinished] + kept
+    own = [cell for cell in todo if cell.key == key]
     base = recipe.methods[key].baseline
     if not any(is_finished(cell) for cell in compared if cell.key == base):
-        raise UserError(f"no finished run of {base!r} to compare with: run lawn-sb3 reproduce {recipe_path} first")
-    own = [cell for cell in todo if cell.key == key]
+        own += [cell for cell in todo if cell.key == base]
+        compared += own[len(recipe.seeds) :]
+        unfinished.remove(str(base))
     _try_methods(own)
     with interruptible():
         run_cells(own, jobs, messages)
@@ -122,7 +124,7 @@ def report_command(
     out: Annotated[Path | None, typer.Option(help="folder to write; default: report/ beside the runs")] = None,
 ) -> None:
     """Rebuild tables, figures and verdicts from what the runs of a recipe left; nothing is trained."""
-    recipe = load_recipe(recipe_path)
+    recipe = load_recipe(shipped_recipe(recipe_path))
     chosen = runs or recipe_path.parent / recipe.name
     reference = _reference(recipe_path, recipe)
     if not chosen.is_dir():
@@ -143,7 +145,7 @@ def export(
 
     Of a recipe with changed games the report alone is kept, of ablations all that their report reads.
     """
-    recipe = load_recipe(recipe_path)
+    recipe = load_recipe(shipped_recipe(recipe_path))
     runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
     if folder.resolve() == runs.resolve():
         raise UserError(f"--to {str(folder)!r} is where the runs are")

@@ -16,7 +16,7 @@ from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_
 from lawn_sb3.experiment.benchmark import benchmark
 from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
-from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.paper.identification import as_markdown, identify
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 from lawn_sb3.whole_files import write_json, write_text
@@ -33,7 +33,7 @@ for each; training gives nothing like its IQL row."""
 @app.command()
 def bench(as_json: AsJson = False) -> None:
     """Measure the speed of simulator, vector environment, planning and training, on one core."""
-    recipe = load_recipe(REPOSITORY / PAPER_RECIPE)
+    recipe = load_recipe(shipped_recipe(PAPER_RECIPE))
     method = next(method for method in recipe.methods.values() if method.algo == "mappo")
     figures = benchmark(method, lambda text: say(f"measuring: {text}"))
     print_figures(figures, as_json, "speed on one core")

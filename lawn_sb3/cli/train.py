@@ -14,14 +14,14 @@ from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import standard_errors, summarize
-from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
-from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, REPOSITORY
+from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, load_recipe, parse_method
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, PROVENANCE_FILE
 from lawn_sb3.experiment.run_directory.reading import read_evaluation
+from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.experiment.train import run_cell, try_method
-from lawn_sb3.experiment.validation import honest_label
 from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()
@@ -100,7 +100,7 @@ def _show_result(cell: Cell) -> None:
 
 def _cell_of_recipe(path: Path, name: str) -> Cell:
     """The cell of a recipe's method."""
-    recipe = load_recipe(path)
+    recipe = load_recipe(shipped_recipe(path))
     if name not in recipe.methods:
         raise unknown_name("method", name, recipe.methods)
     method = recipe.methods[name]
@@ -112,7 +112,7 @@ def _cell_of_recipe(path: Path, name: str) -> Cell:
 def _cell_of_algorithm(algo: str, policy: str | None, name: str) -> Cell:
     """The cell of an algorithm with the settings of ``runs/paper.yaml``, where that has a method like it."""
     policy = policy or DEFAULT_POLICIES.get(algo)
-    same = [method for method in load_recipe(REPOSITORY / PAPER_RECIPE).methods.values() if method.algo == algo]
+    same = [method for method in load_recipe(shipped_recipe(PAPER_RECIPE)).methods.values() if method.algo == algo]
     exact = [method for method in same if method.policy == policy]
     like: dict[str, Any] = {}
     for known in (exact or same)[:1]:

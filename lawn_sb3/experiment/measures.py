@@ -1,7 +1,5 @@
 """What an evaluation's rows come to: mean figures, and what each UAV could have gained by deviating alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -50,7 +48,8 @@ def standard_errors(rows: pd.DataFrame) -> dict[str, float]:
     """
     games = rows.assign(completion_slots=rows["slots"], success_percent=100.0 * rows["arrived"]).groupby("episode")
     each = games.mean().assign(welfare_mbps=games["utility_mbps"].sum())
-    return {name: float(each[name].sem()) for name in summarize(rows)}
+    errors: pd.Series[float] = each.sem()
+    return {name: float(errors[name]) for name in summarize(rows)}
 
 
 def regrets(flights: Flights, scenario: Scenario, seed: int, on_game: Callable[[], None] | None = None) -> pd.DataFrame:

@@ -18,8 +18,6 @@ from policies.monotonic_mixer import MonotonicMixerPolicy
 from tests.algos.games import Countdown
 from tests.algos.small import NUM_GAMES, VECTOR, acts, some_observations, team, whole_games
 
-# --- the update ----------------------------------------------------------------------------------------------------
-
 
 def a_batch(model: QMIX, **changes: Any) -> JointSamples:
     return model.replay_buffer.sample(64)._replace(**changes)
@@ -105,9 +103,6 @@ def test_tau_moves_the_targets_part_of_the_way() -> None:
         assert new.allclose(0.75 * old + 0.25 * trained, atol=1e-6)
 
 
-# --- playing -------------------------------------------------------------------------------------------------------
-
-
 def test_every_uav_tosses_its_own_coin() -> None:
     model, flat = team(), some_observations(1)
     many = flat.repeat(20_000, axis=0)
@@ -141,20 +136,12 @@ def test_exploration_falls_and_the_learning_rate_anneals_with_their_schedules() 
     assert updates.tolist() == [0] * 5 + list(range(1, 16))  # the first four vector steps are played at random
 
 
-def test_the_replay_starts_anew_with_the_environment() -> None:
+@pytest.mark.parametrize(("anew", "steps"), [(True, [12, 6]), (False, [6, 18, 12])])
+def test_the_replay_knows_who_flies_whether_learning_starts_anew_or_goes_on(anew: bool, steps: list[int]) -> None:
     env = Countdown()
     model = team(env=env, learning_starts=10_000, buffer_size=600)
-    model.learn(12)
-    assert not model.replay_buffer.now_flying.all()
-    model.learn(6)  # one slot of the second game: UAVs that fly for two are still up
-    np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
-
-
-def test_the_replay_knows_who_flies_when_learning_goes_on() -> None:
-    env = Countdown()
-    model = team(env=env, learning_starts=10_000, buffer_size=600)
-    for slots in (1, 3, 2):
-        model.learn(6 * slots, reset_num_timesteps=False)
+    for count in steps:  # six agent steps a slot
+        model.learn(count, reset_num_timesteps=anew)
         np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
 
 
@@ -164,9 +151,6 @@ def test_a_training_stopped_by_a_callback_goes_on_with_whole_games() -> None:
     model.learn(60, callback=lambda local, _: local["num_collected_steps"] < 1)
     model.learn(24, reset_num_timesteps=False)
     np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
-
-
-# --- what it refuses -----------------------------------------------------------------------------------------------
 
 
 def test_a_model_is_not_loaded_for_other_games_whose_vectors_are_as_long(tmp_path: Path) -> None:

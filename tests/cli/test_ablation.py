@@ -91,12 +91,12 @@ def test_a_broken_policy_is_refused_in_one_line_before_anything_is_written(
     assert not Path("run").exists()
 
 
-def test_without_runs_of_the_default_nothing_is_trained(lawn: Lawn) -> None:
+def test_without_runs_of_the_default_it_is_trained_too(lawn: Lawn) -> None:
     Path("policies/cli_alone.py").write_text(OWN.format(columns="cell_loads"), encoding="utf-8")
     shutil.rmtree("reference")
-    said = lawn("ablate", "cli_alone", "--recipe", "tiny.yaml", status=2).err
-    assert "no finished run of 'mappo' to compare with: run lawn-sb3 reproduce tiny.yaml first" in said
-    assert not Path("tiny").exists()
+    lawn("ablate", "cli_alone", "--recipe", "tiny.yaml")
+    effects = pd.read_csv("tiny/cli_alone/report/effects.csv")
+    assert dict(zip(effects["key"], effects["seeds"], strict=True)) == {"mappo": 2, "cli_alone": 2}
 
 
 def test_a_trained_actor_is_evaluated_with_any_number_of_uavs(lawn: Lawn) -> None:

@@ -10,6 +10,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.game import Simulator
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS
@@ -244,14 +245,11 @@ def test_masks_are_those_of_the_slots_that_ask(copies: int) -> None:
     assert env.env_method("flying", indices=[-1, 0]) == [False, True]
 
 
-def test_no_gymnasium_wrapper_is_claimed() -> None:
+def test_no_gymnasium_wrapper_is_claimed_and_it_can_be_closed() -> None:
     venv = make_vec_env(SHORT, 2)
     assert venv.env_is_wrapped(VecEnvWrapper) == [False] * 8
     assert venv.env_is_wrapped(VecEnvWrapper, indices=[1, 2]) == [False] * 2
-
-
-def test_the_vector_environment_can_be_closed() -> None:
-    make_vec_env(SHORT, 2).close()
+    venv.close()
 
 
 # --- SB3's own tools -----------------------------------------------------------------------------------------------
@@ -323,5 +321,5 @@ def test_slots_games_and_copies_multiply() -> None:
     observations = reset(venv)
     assert observations.shape == (30, venv.games[0].layout.flat_dim)
     assert observations.dtype == np.float32
-    assert venv.observation_space == venv.games[0].layout.flat_space()
+    assert venv.observation_space == space_of(venv.games[0].layout.flat_dim)
     assert venv.reset_infos == [{}] * 30

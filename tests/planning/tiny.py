@@ -80,14 +80,11 @@ def tiny_scenarios(draw: st.DrawFn, /, **fixed: Any) -> Scenario:
 
 @st.composite
 def begun_games(draw: st.DrawFn, /, of: st.SearchStrategy[Scenario]) -> Simulator:
-    """One game at its start, or after some slots of random play: clocks differ then, and UAVs may be done.
-
-    Half of the games have missions that may share a destination, which drawn ones never do.
-    """
+    """One game at its start, or after some slots of random play: clocks differ then, and UAVs may be done."""
     scenario, seed = draw(of), draw(SEEDS)
     rng = np.random.default_rng(seed)
     simulator = Simulator(scenario, 1, seed, draw(st.sampled_from(["mission", "episode"])))
-    if draw(st.booleans()):
+    if draw(st.booleans()):  # drawn missions never share a destination
         simulator.reset(missions=_crossing_missions(scenario, rng))
     for _ in range(draw(st.integers(0, 3))):
         simulator.step(random_actions(simulator, rng))
@@ -189,10 +186,7 @@ def every_flight(simulator: Simulator, plan: Plan, uav: int) -> Flown:
 
 
 def best_of_all(situation: Situation, for_welfare: bool) -> tuple[int, float] | None:
-    """Fewest collisions and, with those, the highest utility or welfare in Mbps that any flight of the UAV comes to.
-
-    :return: none if no flight arrives in time
-    """
+    """Fewest collisions and, with those, the highest utility or welfare in Mbps of any flight that arrives in time."""
     simulator, plan, uav, slack = situation
     flown = every_flight(simulator, plan, uav)
     arrived, slots, collisions = flown.arrived[:, uav], flown.slots[:, uav], flown.collisions[:, uav]

@@ -5,8 +5,6 @@ advantage estimation never sees the normalisation. When the statistics change, t
 value in reward units changes with them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -97,7 +95,7 @@ class NormalizedRolloutBuffer(RolloutBuffer):
 class _NoSingleRows:
     """Leaves out minibatches of one row, as the last may be: sb3-contrib would divide by the spread of that row."""
 
-    def get(self, batch_size: int | None = None) -> Iterator[Any]:
+    def get(self, batch_size: int | None = None) -> Any:
         """Hand out minibatches of at least two rows."""
         for samples in super().get(batch_size):  # type: ignore[misc]
             rows = samples.mask.sum() if hasattr(samples, "mask") else len(samples.advantages)

@@ -1,10 +1,10 @@
 """Which games the paper's figures allow together: every reading and a range of grids, with the free constants fitted.
 
-One constant at a time (:mod:`lawn_sb3.paper.identification.identify`) says what the others rescue as "ruled out". Here
-the free constants follow: the link budget is fitted to R-hat of Random, and omega, rho_col and r_fail to the J of Random
-and to what J of CTDE-MAPPO is possible. So those figures can test no reading by themselves. What is left to test one is
-success and T-bar of Random, which depend on flights alone, and whether the constants so fitted are any that could be
-meant.
+One constant at a time (:mod:`lawn_sb3.paper.identification.identify`) rules out what a change of the others rescues.
+Here the free constants follow: the link budget is fitted to R-hat of Random, and omega, rho_col and r_fail to the J of
+Random and to what J of CTDE-MAPPO is possible. So those figures can test no reading by themselves. What is left to test
+one is success and T-bar of Random, which depend on flights alone, and whether the constants so fitted are any that
+could be meant.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LAYERS = (1, 2, 3, 4, 5, 7)
 STEPS_DB = (-8.0, 0.0, 8.0)
 """Around the preset's link budget: where R-hat is taken, to find the budget with which it is the paper's."""
 OF_FLIGHTS = ("makespan_slots", "success_percent", LEAST)
-"""Figures that no free constant moves, so that they test a reading: T-bar and success of Random, and the least T-bar."""
+"""Figures that no free constant moves, so that they test a reading: T-bar and success of Random, and mean T_min."""
 FAR_OFF_Z = 6.0
 MEANT = {
     "link_budget_db": (91.0, 131.0),
@@ -158,10 +158,10 @@ def _fitted(
 
 
 def _weights(game: Scenario, terms: pd.Series, episodes: int, seed: int) -> tuple[dict[str, float], list[str]]:
-    """omega, rho_col and r_fail as near to the preset's as J of Random and of CTDE-MAPPO let them, and what does not fit.
+    """omega, rho_col and r_fail as near to the preset's as J of Random and of CTDE-MAPPO let them; what does not fit.
 
-    omega is the preset's, or the nearest with which CTDE-MAPPO can have its J; then r_fail gives Random its J, and where
-    it would have to be below 0, rho_col does.
+    omega is the preset's, or the nearest with which CTDE-MAPPO can have its J; then r_fail gives Random its J, and
+    where it would have to be below 0, rho_col does.
     """
     unit, nav_weight, against = rate_unit_mbps(game), PAPER.nav_weight, []
     printed = TABLE_II["CTDE-MAPPO"]
@@ -201,7 +201,8 @@ def _row(
     """A row of the table: figures, distances of those that test the reading, constants, and the verdict."""
     said = list(against)
     if constants:
-        values = {**constants, "link_budget_db": link_budget_db(PAPER.changed(tx_power_dbm=constants["tx_power_dbm"]))}
+        budget_db = link_budget_db(PAPER.changed(tx_power_dbm=constants["tx_power_dbm"]))
+        values: dict[str, Any] = {**constants, "link_budget_db": budget_db}
         said += [f"{name} {values[name]:.4g}" for name, (low, high) in MEANT.items() if not low <= values[name] <= high]
     ruled_out = bool(said)
     said += [f"{SYMBOLS[name]} (z = {z[name]:+.1f})" for name in OF_FLIGHTS if abs(z[name]) > DISFAVOURED_Z]
