@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+import sysconfig
 from pathlib import Path
 
 import pytest
@@ -24,8 +25,8 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         else:
             shutil.copy(source, folder / "source" / name)
     pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation"]
-    subprocess.run([*pip, "--target", str(folder / "site"), str(folder / "source")], check=True, capture_output=True)
-    return folder / "site"
+    subprocess.run([*pip, "--prefix", str(folder / "env"), str(folder / "source")], check=True, capture_output=True)
+    return Path(sysconfig.get_path("purelib", vars={"base": str(folder / "env")}))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +45,7 @@ def test_shipped_recipes_are_found_from_anywhere(
     done = subprocess.run(arguments, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     if left is None:  # the recipe is read, and what is wrong is something else
         assert done.returncode == 2
-        assert "unknown method 'nobody'" in done.stderr or "no finished run to report on" in done.stderr
+        assert "unknown method 'nobody'" in done.stderr or "no runs in 'runs/paper'" in done.stderr
     else:
         assert done.returncode == 0, done.stderr
         assert (tmp_path / left).exists()
