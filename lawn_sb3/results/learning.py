@@ -14,7 +14,7 @@ WINDOW = 30
 """Points a smoothed curve averages over, as in the paper."""
 GREEDY = "greedy/success_percent"
 THRESHOLD = 95.0
-"""Success in percent whose crossing the paper reports."""
+"""Success in percent that the paper's Fig. 2 is said to reach and to keep."""
 
 
 class Crossing(NamedTuple):
