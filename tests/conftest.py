@@ -73,25 +73,21 @@ def runs(finished_runs: Path, tmp_path: Path) -> Path:
 
 @pytest.fixture
 def recipe(runs: Path) -> Recipe:
-    """The recipe."""
     return load_recipe(runs / "small.yaml")
 
 
 @pytest.fixture
 def small_cells(runs: Path, recipe: Recipe) -> list[Cell]:
-    """Its cells."""
     return cells(recipe, runs / "small")
 
 
 @pytest.fixture
 def planned(runs: Path) -> Recipe:
-    """The recipe with planners."""
     return load_recipe(runs / "planned.yaml")
 
 
 @pytest.fixture
 def planned_cells(runs: Path, planned: Recipe) -> list[Cell]:
-    """Its cells."""
     return cells(planned, runs / "small")
 
 

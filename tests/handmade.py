@@ -43,18 +43,15 @@ def recipe_of(num_uavs: int, methods: tuple[str, ...], seeds: int = 1, episodes:
 
 
 def learner(label: str, policy: str | None = None, algo: str = "mappo", paper_row: str | None = None) -> Method:
-    """A method that trains."""
     values = {"label": label, "algo": algo, "policy": policy, "paper_row": paper_row, "env_steps": 1}
     return Method.model_validate(values)
 
 
 def player(name: str) -> Method:
-    """A player without training, labelled with its name."""
     return Method(label=name.capitalize(), player=name)
 
 
 def recipe_with(methods: Mapping[str, Method], **changes: object) -> Recipe:
-    """A recipe of these methods on the paper's game."""
     return Recipe.model_validate({"name": "handmade", "seeds": [0, 1], "methods": dict(methods), **changes})
 
 
@@ -122,7 +119,6 @@ def responded(method: str, seed: int, had: pd.DataFrame, best_mbps: list[float])
 
 
 def results_of(recipe: Recipe, *episodes: pd.DataFrame, **tables: Any) -> Results:
-    """Results that hold these tables."""
     results = Results(recipe, pd.concat(episodes, ignore_index=True) if episodes else pd.DataFrame())
     for name, rows in tables.items():
         setattr(results, name, rows)
@@ -141,3 +137,9 @@ def evidence(
     dull = [flown(own["method"].iloc[0], seed) for own in alone for seed in own["seed"].unique()]
     tables = {"curves": pd.concat(curves, ignore_index=True)} if curves else {}
     return Evidence(results_of(recipe or recipe_of_parts(), *episodes, *dull, **tables, checks=checks))
+
+
+def measured(column: str, num_uavs: int = 1, /, **methods: Sequence[Sequence[Any]]) -> Evidence:
+    """What these values of one column say, by method, with an underscore for a hyphen, and by seed."""
+    named = {name.replace("_", "-"): values for name, values in methods.items()}
+    return evidence(*(flown_by_seed(name, num_uavs, **{column: values}) for name, values in named.items()))

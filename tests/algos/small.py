@@ -64,13 +64,11 @@ def parameters(model: Any) -> NDArray[Any]:
 
 
 def acts(model: Any, observations: Any) -> list[int]:
-    """Greedy actions."""
     actions: list[int] = model.predict(observations, deterministic=True)[0].tolist()
     return actions
 
 
 def some_observations(count: int = 64, seed: int = 0) -> NDArray[np.float32]:
-    """Flat observations of random play."""
     env: Any = small_env(seed=seed)
     rows, rng = [env.reset()], np.random.default_rng(seed)
     while sum(map(len, rows)) < count:
@@ -79,7 +77,6 @@ def some_observations(count: int = 64, seed: int = 0) -> NDArray[np.float32]:
 
 
 def replaced(flat: NDArray[np.float32], columns: slice) -> NDArray[np.float32]:
-    """The observations with some columns replaced by random numbers."""
     changed, rng = flat.copy(), np.random.default_rng(0)
     changed[:, columns] = rng.normal(scale=3.0, size=changed[:, columns].shape)
     return changed

@@ -43,7 +43,6 @@ def learner(algorithm: type[DQN]) -> Any:
 
 
 def trained_once(algorithm: type[DQN], done: bool = False) -> Any:
-    """The learner after one update from its one transition."""
     model = learner(algorithm)
     model.set_logger(Logger(None, []))
     model.replay_buffer.add(*TRANSITION, np.array([ACTION]), np.array([REWARD]), np.array([done]), [{}])
@@ -52,7 +51,6 @@ def trained_once(algorithm: type[DQN], done: bool = False) -> Any:
 
 
 def loss(model: Any) -> float:
-    """SB3's Huber loss of the update."""
     return float(model.logger.name_to_value["train/loss"])
 
 

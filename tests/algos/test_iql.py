@@ -34,13 +34,10 @@ EACH_KIND = pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 
 
 def networks(one: Any) -> tuple[Any, Any]:
-    """A learner's trained network and its target."""
     return (one.quantile_net, one.quantile_net_target) if isinstance(one, QRDQN) else (one.q_net, one.q_net_target)
 
 
 class Recorder(VecEnvWrapper):
-    """Keeps everything that passes."""
-
     def reset(self) -> NDArray[Any]:
         self.seen: Any = self.venv.reset()
         self.record: list[tuple[Any, ...]] = []

@@ -20,7 +20,6 @@ N = SMALL.num_uavs
 
 
 def learner(**kwargs: Any) -> Any:
-    """A small IQL by quantiles, untrained."""
     return independent(QuantileQPolicy, **{"policy_kwargs": {"net_arch": [32], "n_quantiles": 4}, **kwargs})
 
 

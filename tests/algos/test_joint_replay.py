@@ -37,7 +37,6 @@ def play(env: Countdown, buffer: JointReplayBuffer, slots: int, seed: int = 0) -
 
 
 def everything(buffer: JointReplayBuffer, game: int, monkeypatch: pytest.MonkeyPatch) -> JointSamples:
-    """All that is stored of one game, in the order of playing."""
     with monkeypatch.context() as patch:
         patch.setattr(np.random, "randint", lambda *args, **kwargs: np.full(kwargs["size"], game))
         return buffer._get_samples(np.arange(buffer.size()))

@@ -16,13 +16,6 @@ from policies.centralized_critic import CentralizedCriticPolicy
 from policies.state_critic import StateCriticPolicy
 from tests.algos.small import ROLLOUT, acts, learner, parameters, small_env, some_observations
 
-
-def test_two_seeds_train_two_policies_on_other_missions() -> None:
-    one, other = learner(seed=0).learn(ROLLOUT), learner(seed=1).learn(ROLLOUT)
-    assert not np.array_equal(parameters(one), parameters(other))
-    assert not np.array_equal(one.rollout_buffer.observations[0], other.rollout_buffer.observations[0])
-
-
 # --- save and load -------------------------------------------------------------------------------------------------
 
 
@@ -49,12 +42,10 @@ def test_a_loaded_model_has_the_statistics_and_values_states_the_same(trained: A
     assert theirs.equal(mine)
 
 
-def test_a_loaded_model_learns_on_with_its_statistics(trained: Any, saved: Path) -> None:
+def test_a_loaded_model_learns_on_with_its_statistics(saved: Path) -> None:
     loaded: Any = MAPPO.load(saved, env=small_env(), device="cpu")
-    before, buffer = parameters(loaded), loaded.rollout_buffer
+    buffer = loaded.rollout_buffer
     loaded.learn(ROLLOUT, reset_num_timesteps=False)
-    assert loaded.num_timesteps == trained.num_timesteps + ROLLOUT
-    assert not np.array_equal(parameters(loaded), before)
     head = loaded.policy.value_net
     assert buffer.value_head is head
     assert head.mean.item() == pytest.approx(buffer.returns.mean(dtype=np.float64))
@@ -90,8 +81,6 @@ def test_without_value_normalisation_it_is_plain_ppo() -> None:
 
 
 class AtUpdates(BaseCallback):
-    """What the logger and the optimiser held after each update."""
-
     def __init__(self) -> None:
         super().__init__()
         self.logged: list[dict[str, Any]] = []

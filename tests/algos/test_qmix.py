@@ -19,7 +19,6 @@ from tests.algos.small import VECTOR, acts, small_env, some_observations, team, 
 
 
 def a_batch(model: QMIX, **changes: Any) -> JointSamples:
-    """What the small games gave."""
     return model.replay_buffer.sample(64)._replace(**changes)
 
 
@@ -118,8 +117,6 @@ def test_every_uav_tosses_its_own_coin() -> None:
 
 
 class Seen(BaseCallback):
-    """Exploration, learning rate and number of updates at each vector step."""
-
     def __init__(self) -> None:
         super().__init__()
         self.rows: list[tuple[float, float, int]] = []

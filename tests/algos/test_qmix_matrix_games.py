@@ -35,7 +35,6 @@ def joint_action(model: QMIX) -> tuple[int, int]:
 
 
 def mixed_payoffs(model: QMIX) -> NDArray[Any]:
-    """The value of each joint action."""
     layout = model.policy.layout
     flat = th.as_tensor(MatrixGame(MONOTONIC, num_games=1).reset()).repeat(9, 1, 1)
     joint = th.cartesian_prod(th.arange(3), th.arange(3))

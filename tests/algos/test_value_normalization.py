@@ -17,8 +17,6 @@ from tests.algos.small import N_STEPS, ROLLOUT, learner, parameters, small_env, 
 
 
 class ScaledRewards(VecEnvWrapper):
-    """Rewards times a constant."""
-
     def __init__(self, venv: Any, scale: float) -> None:
         super().__init__(venv)
         self.scale = scale

@@ -32,7 +32,6 @@ Lawn = Callable[..., Said]
 
 
 def exit_status(*arguments: str | Path) -> int:
-    """What a command ends with."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "argv", ["lawn-sb3", *map(str, arguments)])
         with pytest.raises(SystemExit) as end:

@@ -15,7 +15,6 @@ PAPER = str(REPOSITORY / "runs" / "paper.yaml")
 
 @pytest.fixture
 def trained(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Cell]:
-    """The cell that ``train`` with some options would train."""
     cells: list[Cell] = []
     monkeypatch.setattr("lawn_sb3.cli.train.run_cell", lambda cell, advance: cells.append(cell))
 

@@ -36,7 +36,6 @@ def test_every_python_example_is_tried_below() -> None:
 
 @pytest.fixture(scope="module")
 def ablated(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a small recipe of ablations and its runs."""
     folder = tmp_path_factory.mktemp("ablated")
     recipe(folder, methods=ABLATED)
     with pytest.MonkeyPatch.context() as patch:

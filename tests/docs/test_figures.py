@@ -25,7 +25,6 @@ def kept(name: str, quantity: str, **only: str) -> dict[str, float]:
 
 
 def says(page: str, *sentences: str) -> None:
-    """Check that sentences stand on a page."""
     text = prose(page).replace("**", "")
     assert [sentence for sentence in sentences if sentence not in text] == []
 

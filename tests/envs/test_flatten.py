@@ -19,8 +19,6 @@ PPO_SMALL: dict[str, Any] = {"n_steps": 8, "batch_size": 64, "n_epochs": 1, "dev
 
 
 class Step(NamedTuple):
-    """What a vector step gave."""
-
     observations: np.ndarray
     rewards: np.ndarray
     dones: np.ndarray
@@ -42,7 +40,6 @@ def play(venv: VecEnv, slots: int, seed: int = 0) -> Iterator[Step]:
 
 
 def assert_same_play(one: VecEnv, other: VecEnv, slots: int = 25) -> None:
-    """Reset both and play both alike; everything must be equal."""
     np.testing.assert_array_equal(reset(one), reset(other))
     for a, b in zip(play(one, slots), play(other, slots), strict=True):
         np.testing.assert_equal(a, b)

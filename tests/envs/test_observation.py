@@ -32,7 +32,6 @@ def corridor_after(slots: int, scenario: Scenario = CORRIDOR) -> Simulator:
 
 
 def played(scenario: Scenario, seed: int, num_games: int = 2, slots: int = 3) -> Simulator:
-    """Some games after some random slots."""
     simulator = Simulator(scenario, num_games, seed)
     rng = np.random.default_rng(seed)
     for _ in range(slots):
@@ -104,18 +103,9 @@ def test_layout_says_where_each_quantity_lies() -> None:
 
 @given(scenario=small_scenarios, seed=st.integers(0, 2**32 - 1))
 @few
-def test_flat_observation_is_the_local_one_and_then_the_global_state(scenario: Scenario, seed: int) -> None:
-    simulator, observer = played(scenario, seed), Observer(scenario)
-    layout, state = observer.layout, simulator.state
-    flat, local, x = observer.flat(state), observer.local(state), observer.state(state)
-    np.testing.assert_array_equal(flat[..., layout.local], local)
-    for i in range(scenario.num_uavs):
-        np.testing.assert_array_equal(flat[:, i, layout.state], x)
-
-
-@given(scenario=small_scenarios, seed=st.integers(0, 2**32 - 1))
-@few
-def test_layout_agrees_with_the_observer(scenario: Scenario, seed: int) -> None:
+def test_flat_observation_is_the_local_one_and_then_the_global_state_as_the_layout_says(
+    scenario: Scenario, seed: int
+) -> None:
     simulator, observer = played(scenario, seed), Observer(scenario)
     layout, state = observer.layout, simulator.state
     assert (layout.num_uavs, layout.num_gbs) == (scenario.num_uavs, len(scenario.gbs_positions))
@@ -123,6 +113,8 @@ def test_layout_agrees_with_the_observer(scenario: Scenario, seed: int) -> None:
     assert layout.local_space().contains(local[0, 0])
     assert layout.state_space().contains(x[0])
     assert layout.flat_space().contains(flat[0, 0])
+    np.testing.assert_array_equal(flat[..., layout.local], local)
+    np.testing.assert_array_equal(flat[..., layout.state], np.repeat(x[:, None], scenario.num_uavs, 1))
     own = local[..., : layout.cell_loads.start]
     np.testing.assert_allclose(local[..., layout.min_slots][..., 0], state.min_slots / 10, rtol=1e-6)
     np.testing.assert_allclose(local[..., layout.cell_loads], np.repeat(state.cell_load[:, None] / 4, own.shape[1], 1))

@@ -25,7 +25,6 @@ def corridor_env(continuation: Continuation, **kwargs: Any) -> TrainingEnv:
 
 
 def moves(env: TrainingEnv, *displacements: int) -> dict[str, int]:
-    """Actions along x, one per agent."""
     table = env.simulator.rules.actions
     return {agent: action(table, dx, 0, 0) for agent, dx in zip(env.agents, displacements, strict=True)}
 
@@ -91,15 +90,6 @@ def test_infos_are_empty_but_at_the_end_of_a_mission() -> None:
     assert "TimeLimit.truncated" not in late
 
 
-def test_only_a_timeout_is_truncated_and_only_if_asked_for() -> None:
-    env = corridor_env("mission", timeout="truncated")
-    env.step(moves(env, 1, 0))
-    arrival = env.step(moves(env, 1, 0))[4]["game_0_uav_0"]
-    timeout = env.step(moves(env, 0, -1))[4]["game_0_uav_1"]
-    assert "TimeLimit.truncated" not in arrival
-    assert timeout["TimeLimit.truncated"] is True
-
-
 def test_mission_gives_a_uav_that_is_done_its_next_mission_at_once() -> None:
     env = corridor_env("mission")
     env.step(moves(env, 1, 0))
@@ -127,26 +117,6 @@ def test_episode_lets_a_uav_wait_without_reward_until_the_whole_game_restarts() 
     assert env.simulator.state.flying.all()
     assert env.simulator.state.slot.tolist() == [[0, 0]]
     np.testing.assert_array_equal(env.simulator.state.ema_rate_mbps, 0.0)
-
-
-def test_episode_ends_each_uav_once_a_game_and_restarts_when_all_are_done() -> None:
-    env, rng = TrainingEnv(SHORT, 3, "episode", seed=1), np.random.default_rng(1)
-    env.reset()
-    ended = np.zeros((3, 4), dtype=bool)
-    restarts = 0
-    for _ in range(60):
-        waiting = ~env.simulator.state.flying
-        _, rewards, _, _, infos = env.step(random_actions(env, rng))
-        ends = np.array(["episode" in infos[agent] for agent in env.agents]).reshape(3, 4)
-        np.testing.assert_array_equal(np.reshape(list(rewards.values()), (3, 4))[waiting], 0.0)
-        assert not (ends & ended).any()
-        ended |= ends
-        restarted = ended.all(axis=1)
-        restarts += restarted.sum()
-        ended[restarted] = False
-        np.testing.assert_array_equal(env.simulator.state.flying, ~ended)
-        np.testing.assert_array_equal(env.simulator.state.slot[restarted], 0)
-    assert restarts >= 3 * (60 // 8)
 
 
 def test_a_reset_forgets_the_rewards_of_missions_in_the_air() -> None:

@@ -4,12 +4,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import yaml
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ablation import with_policy
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
+from tests.experiment.test_recipe import written
 
 ABLATION: dict[str, Any] = {
     "name": "own",
@@ -17,27 +17,18 @@ ABLATION: dict[str, Any] = {
     "methods": {
         "mappo": {"label": "MAPPO", "algo": "mappo", "env_steps": 8, "settings": {"gamma": 0.7}},
         "mappo-state": {
-            "label": "V(x)",
-            "algo": "mappo",
-            "policy": "state_critic",
-            "env_steps": 8,
-            "baseline": "mappo",
+            "label": "V(x)", "algo": "mappo", "policy": "state_critic", "env_steps": 8, "baseline": "mappo",
         },
         "qmix": {"label": "QMIX", "algo": "qmix", "env_steps": 8},
     },
-}
+}  # fmt: skip
 
 
 def test_a_policy_is_added_to_an_ablation_with_the_settings_of_its_algorithms_default() -> None:
     recipe, key = with_policy(Recipe.model_validate(ABLATION), "local_critic")
     added = recipe.methods[key]
-    assert (key, added.label, added.algo, added.policy, added.baseline) == (
-        "local_critic",
-        "local_critic",
-        "mappo",
-        "local_critic",
-        "mappo",
-    )
+    assert (key, added.label, added.algo, added.baseline) == ("local_critic", added.policy, "mappo", "mappo")
+    assert added.policy == "local_critic"
     assert added.settings == {"gamma": 0.7}
     recipe, key = with_policy(Recipe.model_validate(ABLATION), "policies.additive_mixer:AdditiveMixerPolicy")
     assert (key, recipe.methods[key].baseline) == ("AdditiveMixerPolicy", "qmix")
@@ -53,6 +44,7 @@ def test_a_policy_whose_learners_share_a_network_is_labelled_as_such() -> None:
     ("policy", "expected"),
     [
         ("state_critic", "has policy 'state_critic' already: it is the method 'mappo-state'"),
+        ("policies.state_critic:StateCriticPolicy", "already: it is the method 'mappo-state'"),
         ("local_q", "policy 'local_q' is for iql; recipe 'own' has default methods of: mappo, qmix"),
         ("stat_critic", "did you mean 'state_critic'"),
     ],
@@ -72,19 +64,9 @@ def test_a_policy_that_cannot_be_added_is_refused(policy: str, expected: str) ->
     ],
 )
 def test_an_ablation_that_cannot_be_is_refused(tmp_path: Path, changes: dict[str, Any], expected: str) -> None:
-    methods = {**ABLATION["methods"], "mappo-state": {**ABLATION["methods"]["mappo-state"], **changes}}
-    path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump({**ABLATION, "methods": methods}), encoding="utf-8")
+    changed = {**ABLATION["methods"]["mappo-state"], **changes}
     with pytest.raises(UserError, match=expected):
-        load_recipe(path)
-
-
-def test_an_unknown_method_to_scale_out_is_refused(tmp_path: Path) -> None:
-    scaling = {"num_uavs": [1], "methods": ["mapo"]}
-    path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump({**ABLATION, "scaling": scaling}), encoding="utf-8")
-    with pytest.raises(UserError, match=r"scaling: unknown method 'mapo' .did you mean 'mappo'"):
-        load_recipe(path)
+        load_recipe(written(tmp_path, {**ABLATION, "methods": {**ABLATION["methods"], "mappo-state": changed}}))
 
 
 def test_every_shipped_ablation_differs_from_its_default_in_one_thing() -> None:
@@ -109,6 +91,7 @@ def test_the_defaults_of_the_ablation_are_the_methods_of_the_papers_recipe() -> 
 @pytest.mark.parametrize(
     ("scaling", "expected"),
     [
+        ({"num_uavs": [1], "methods": ["mapo"]}, r"scaling: unknown method 'mapo' .did you mean 'mappo'"),
         ({"num_uavs": [4, 151], "methods": ["mappo"]}, "num_uavs = 151"),
         ({"num_uavs": [4], "methods": ["iql"]}, "method 'iql' has networks for single UAVs"),
         ({"num_uavs": [4], "methods": ["own"]}, "method 'own' has networks for single UAVs"),
@@ -122,12 +105,5 @@ def test_what_cannot_be_scaled_out_is_refused_before_anything_runs(
         "iql": {"label": "IQL", "algo": "iql", "env_steps": 8},
         "own": {"label": "Own", "algo": "mappo", "policy": "separate_actors", "env_steps": 8},
     }
-    path = tmp_path / "own.yaml"
-    path.write_text(yaml.safe_dump({**ABLATION, "methods": methods, "scaling": scaling}), encoding="utf-8")
     with pytest.raises(UserError, match=expected):
-        load_recipe(path)
-
-
-def test_one_policy_under_two_names_is_one_policy() -> None:
-    with pytest.raises(UserError, match="already: it is the method 'mappo-state'"):
-        with_policy(Recipe.model_validate(ABLATION), "policies.state_critic:StateCriticPolicy")
+        load_recipe(written(tmp_path, {**ABLATION, "methods": methods, "scaling": scaling}))

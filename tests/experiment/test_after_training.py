@@ -26,7 +26,6 @@ Add = Callable[[Sequence[Cell], Console], None]
 
 
 def scale(cells: Sequence[Cell], console: Console) -> None:
-    """Fly the chosen methods with other numbers of UAVs."""
     add_scaling(cells, SCALING, console)
 
 
@@ -34,21 +33,18 @@ BOTH = pytest.mark.parametrize(("add", "name"), [(add_regrets, REGRET_FILE), (sc
 
 
 def planned(cell: Cell, player: str) -> Cell:
-    """The run of a player without training."""
     folder = cell.directory.parent.parent / player
     return replace(cell, key=player, method=Method(label=player, player=player), directory=folder)
 
 
 @pytest.fixture
 def trained(small_cell: Cell) -> Cell:
-    """A finished run of a model."""
     run_cell(small_cell, ignore)
     return small_cell
 
 
 @pytest.fixture
 def flown(small_cell: Cell) -> Cell:
-    """A finished run of a player without training."""
     cell = planned(small_cell, "shortest-path")
     run_cell(cell, ignore)
     return cell

@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 import pytest
-from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate, fly
@@ -12,30 +11,16 @@ from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import BestRoutePlayer, BoundPlayer
 from lawn_sb3.scenario import PRESETS
+from tests.game.wanderer import Wanderer
 
 PAPER = PRESETS["paper"]
 
 
-class StraightPlayer:
-    """Takes the move that ends nearest to the destination."""
-
-    name = "straight"
-
-    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Nothing to prepare."""
-
-    def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Compare all moves."""
-        state = simulator.state
-        ends = state.position[:, :, None] + simulator.rules.actions
-        return np.asarray(np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1))
-
-
 def test_every_player_flies_the_same_missions() -> None:
     random = evaluate(RandomPlayer(), PAPER, 50, seed=5)
-    straight = evaluate(StraightPlayer(), PAPER, 50, seed=5)
+    straight = evaluate(Wanderer(), PAPER, 50, seed=5)
     assert (random["min_slots"] == straight["min_slots"]).all()
-    assert (evaluate(StraightPlayer(), PAPER, 50, seed=6)["min_slots"] != straight["min_slots"]).any()
+    assert (evaluate(Wanderer(), PAPER, 50, seed=6)["min_slots"] != straight["min_slots"]).any()
 
 
 def test_equal_seeds_give_equal_rows_and_the_player_has_a_seed_of_its_own() -> None:
@@ -45,19 +30,15 @@ def test_equal_seeds_give_equal_rows_and_the_player_has_a_seed_of_its_own() -> N
 
 
 def test_a_straight_flight_takes_the_least_time_and_its_utility_is_its_rate() -> None:
-    rows = evaluate(StraightPlayer(), PAPER, 50, seed=5)
+    rows = evaluate(Wanderer(), PAPER, 50, seed=5)
     assert rows["arrived"].all()
     assert (rows["slots"] == rows["min_slots"]).all()
     np.testing.assert_allclose(rows["utility_mbps"], rows["rate_mbps"])
 
 
-def test_makespan_is_the_slots_of_the_last_uav_of_the_episode() -> None:
+def test_a_failed_mission_has_no_utility_and_flies_until_the_deadline_the_makespan_of_its_episode() -> None:
     rows = evaluate(RandomPlayer(), PAPER, 30, seed=5)
     assert (rows.groupby("episode")["slots"].max() == rows.groupby("episode")["makespan_slots"].first()).all()
-
-
-def test_a_failed_mission_has_flown_until_the_deadline_and_has_no_utility() -> None:
-    rows = evaluate(RandomPlayer(), PAPER, 30, seed=5)
     failed = rows[~rows["arrived"]]
     assert len(failed)
     assert (failed["slots"] == PAPER.max_slots).all()
@@ -70,7 +51,7 @@ def test_no_episode_is_refused() -> None:
 
 
 def test_paths_lead_from_origin_to_destination_one_row_a_slot() -> None:
-    flights = fly(StraightPlayer(), PAPER, 6, seed=5, traced=2)
+    flights = fly(Wanderer(), PAPER, 6, seed=5, traced=2)
     assert set(flights.paths["episode"]) == {0, 1}
     for (episode, uav), path in flights.paths.groupby(["episode", "uav"]):
         row = flights.rows[(flights.rows["episode"] == episode) & (flights.rows["uav"] == uav)].iloc[0]
@@ -100,7 +81,7 @@ def test_every_flying_uav_is_counted_once_by_cell_and_once_by_load() -> None:
 
 def test_a_player_that_flies_alone_has_every_uav_in_a_game_of_its_own() -> None:
     bound = fly(BoundPlayer(), PAPER, 20, seed=5, traced=20)
-    others = evaluate(StraightPlayer(), PAPER, 20, seed=5)
+    others = evaluate(Wanderer(), PAPER, 20, seed=5)
     assert (bound.rows["min_slots"] == others["min_slots"]).all()  # the same missions, in the same order
     assert (bound.rows["mean_cell_load"] == 1.0).all()
     assert (bound.paths["cell_load"] == 1).all()

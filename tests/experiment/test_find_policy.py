@@ -26,21 +26,23 @@ class OwnPolicy(CTDEPolicy):
 '''
 
 
-def test_a_file_in_policies_is_found_by_its_name() -> None:
-    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
-    assert find_policy("centralized_critic").__name__ == "CentralizedCriticPolicy"
-
-
-def test_a_policy_is_found_by_module_and_class() -> None:
-    assert find_policy("policies.state_critic:StateCriticPolicy").__name__ == "StateCriticPolicy"
-
-
-def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A working folder with ``policies/`` in it, whose modules Python finds for the length of a test."""
     (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / "only_here.py").write_text(OWN_POLICY, encoding="utf-8")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    return tmp_path
+
+
+def test_a_file_in_policies_is_found_by_its_name_and_by_module_and_class() -> None:
+    assert find_policy("centralized_critic").__name__ == "CentralizedCriticPolicy"
+    assert find_policy("state_critic").__name__ == "StateCriticPolicy"
+    assert find_policy("policies.state_critic:StateCriticPolicy") is find_policy("state_critic")
+
+
+def test_a_file_dropped_into_policies_of_the_working_directory_is_found(folder: Path) -> None:
+    (folder / "policies" / "only_here.py").write_text(OWN_POLICY, encoding="utf-8")
     assert find_policy("only_here").__name__ == "OwnPolicy"
 
 
@@ -53,12 +55,8 @@ def test_a_file_dropped_into_policies_of_the_working_directory_is_found(
         (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),
     ],
 )
-def test_a_broken_policy_file_is_named_in_one_line(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, expected: str
-) -> None:
-    (tmp_path / "policies").mkdir()
-    (tmp_path / "policies" / "broken.py").write_text(source, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
+def test_a_broken_policy_file_is_named_in_one_line(folder: Path, source: str, expected: str) -> None:
+    (folder / "policies" / "broken.py").write_text(source, encoding="utf-8")
     with pytest.raises(UserError, match=expected) as refusal:
         find_policy("broken")
     assert "broken.py" in str(refusal.value)
@@ -79,16 +77,14 @@ def test_an_unknown_policy_is_refused(name: str, expected: str) -> None:
 
 
 def test_a_file_named_like_one_of_the_kits_own_policies_is_refused_unless_it_is_the_same(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     find_policy("state_critic")
     monkeypatch.setitem(sys.modules, "policies.state_critic", sys.modules["policies.state_critic"])  # comes back
-    (tmp_path / "policies").mkdir()
     source = (REPOSITORY / "policies" / "state_critic.py").read_text(encoding="utf-8")
-    (tmp_path / "policies" / "state_critic.py").write_text(source, encoding="utf-8")
+    (folder / "policies" / "state_critic.py").write_text(source, encoding="utf-8")
     assert find_policy("state_critic").__name__ == "StateCriticPolicy"
-    (tmp_path / "policies" / "state_critic.py").write_text(source + "# mine\n", encoding="utf-8")
+    (folder / "policies" / "state_critic.py").write_text(source + "# mine\n", encoding="utf-8")
     with pytest.raises(UserError, match="rename your file"):
         find_policy("state_critic")
 
@@ -144,10 +140,8 @@ def test_a_package_that_registers_something_else_is_named(tmp_path: Path, monkey
         find_policy("nobody")
 
 
-def test_a_module_beside_the_user_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "beside_me.py").write_text(OWN_POLICY, encoding="utf-8")
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))  # comes back
+def test_a_module_beside_the_user_is_found(folder: Path) -> None:
+    (folder / "beside_me.py").write_text(OWN_POLICY, encoding="utf-8")
     assert find_policy("beside_me:OwnPolicy").__name__ == "OwnPolicy"
 
 
@@ -159,15 +153,6 @@ from {module} import {name}
 
 raise RuntimeError("nobody is to import this to hash it")
 """
-
-
-@pytest.fixture
-def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A working folder with ``policies/`` in it, whose modules Python finds for the length of a test."""
-    (tmp_path / "policies").mkdir()
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(sys, "path", list(sys.path))
-    return tmp_path
 
 
 @pytest.fixture

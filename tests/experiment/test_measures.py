@@ -79,7 +79,6 @@ class WaitingPlayer:
         """Nothing to prepare."""
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Compare all moves; action 0 hovers."""
         state = simulator.state
         ends = state.position[:, :, None] + simulator.rules.actions
         straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)

@@ -19,7 +19,6 @@ PAPER = PRESETS["paper"]
 
 
 def figures_of(player: str, **settings: Any) -> dict[str, Any]:
-    """Figures of ten episodes."""
     return plan_episodes(player, PAPER, 10, 3, lambda what, total: None, **settings).figures
 
 

@@ -23,19 +23,16 @@ GOOD = {
 
 
 def written(folder: Path, content: object) -> Path:
-    """A recipe file."""
     path = folder / "mine.yaml"
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return path
 
 
 def learner(**values: object) -> dict[str, object]:
-    """A method that trains."""
     return {"label": "M", "algo": "mappo", "env_steps": 1, **values}
 
 
 def changed(**methods: object) -> dict[str, object]:
-    """The good recipe with some methods changed or added."""
     return {**GOOD, "methods": {**GOOD["methods"], **methods}}  # type: ignore[dict-item]
 
 

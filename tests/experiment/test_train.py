@@ -2,10 +2,10 @@
 
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import pytest
 import yaml
@@ -14,14 +14,20 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import checkpoint
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell, cells
-from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Method, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import Scenario
-from tests.experiment.training import InterruptionError, assert_equal_runs, ignore, interrupted_at, resumed
+from tests.experiment.training import (
+    InterruptionError,
+    assert_equal_runs,
+    ignore,
+    interrupted_at,
+    mappo_cell,
+    qmix_cell,
+)
 
 
 def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cell: Cell) -> None:
@@ -63,12 +69,6 @@ def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None
     for cell in (small_cell, twin):
         run_cell(cell, ignore)
     assert_equal_runs(small_cell, twin)
-
-
-@pytest.mark.usefixtures("often")
-@pytest.mark.parametrize("limit", [128, 192, 256])
-def test_an_interrupted_training_resumes_as_if_nothing_had_happened(small_cell: Cell, limit: int) -> None:
-    assert resumed(small_cell, limit)[0] == limit - 64
 
 
 @pytest.mark.usefixtures("often")
@@ -142,20 +142,6 @@ def test_a_run_made_with_other_settings_is_not_finished(small_cell: Cell) -> Non
     assert not is_finished(replace(small_cell, seed=4))
 
 
-def test_a_finished_run_plays_as_it_was_evaluated(small_cell: Cell) -> None:
-    run_cell(small_cell, ignore)
-    again = load_run(small_cell.directory)
-    assert again == small_cell
-    rows = evaluate(load_player(again), again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed)
-    saved = pd.read_csv(small_cell.directory / "evaluation.csv")
-    np.testing.assert_allclose(rows["reward"], saved["reward"], rtol=1e-8)
-    assert (rows["slots"] == saved["slots"]).all()
-    sampled = evaluate(load_player(again, deterministic=False), again.scenario, len(rows) // 4, 20_000, again.seed)
-    saved = pd.read_csv(small_cell.directory / "evaluation_sampled.csv")
-    assert (sampled["slots"] == saved["slots"]).all()
-    assert (sampled["reward"] != rows["reward"]).any()
-
-
 def test_a_field_that_is_new_leaves_finished_runs_finished_and_a_changed_value_does_not(small_cell: Cell) -> None:
     run_cell(small_cell, ignore)
     path = small_cell.directory / "config.yaml"
@@ -202,16 +188,24 @@ def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
         load_run(tmp_path)
 
 
-def test_settings_an_algorithm_refuses_are_named(small_cell: Cell) -> None:
-    bad = small_cell.method.model_copy(update={"settings": {"batch_size": 1}})
-    with pytest.raises(UserError, match="mappo refuses its settings"):
-        build_model(replace(small_cell, method=bad))
+@pytest.mark.parametrize(
+    ("make", "changes", "expected"),
+    [
+        (mappo_cell, {"settings": {"batch_size": 1}}, "mappo refuses its settings"),
+        (qmix_cell, {"continuation": "mission"}, "qmix refuses its settings: .*continuation='episode'"),
+    ],
+)
+def test_settings_an_algorithm_refuses_are_named(
+    tmp_path: Path, make: Callable[[Path], Cell], changes: dict[str, object], expected: str
+) -> None:
+    cell = make(tmp_path)
+    with pytest.raises(UserError, match=expected):
+        build_model(replace(cell, method=cell.method.model_copy(update=changes)))
 
 
 def test_a_player_without_training_leaves_rows_too(small_cell: Cell, tmp_path: Path) -> None:
-    random = Cell(
-        "random", Method(label="Random", player="random"), 0, Scenario(), small_cell.evaluation, tmp_path / "r"
-    )
+    player = Method(label="Random", player="random")
+    random = Cell("random", player, 0, Scenario(), small_cell.evaluation, tmp_path / "r")
     run_cell(random, ignore)
     assert is_finished(random)
     assert not (tmp_path / "r" / "model.zip").exists()

@@ -29,7 +29,6 @@ SEARCH = {
 
 
 def written(folder: Path, **changes: object) -> Path:
-    """A search beside its recipe."""
     (folder / "small.yaml").write_text(yaml.safe_dump(RECIPE), encoding="utf-8")
     path = folder / "search.yaml"
     path.write_text(yaml.safe_dump({**SEARCH, **changes}), encoding="utf-8")

@@ -16,49 +16,22 @@ from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import ModelPlayer, load_player
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.experiment.run_directory.configuration import load_run
-from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.game.airspace import moves_inside
 from lawn_sb3.game.simulator import Simulator
-from tests.experiment.training import ignore, parameters, resumed
+from tests.experiment.training import ignore, mappo_cell, parameters
 
 POLICIES = {"masked": MaskableMAPPO, "recurrent": RecurrentMAPPO, "separate_actors": MAPPO, "set_critic": MAPPO}
 
 
-@pytest.fixture(params=POLICIES)
-def cell(request: pytest.FixtureRequest, small_cell: Cell) -> Cell:
-    """A small cell of each policy."""
-    return replace(small_cell, method=small_cell.method.model_copy(update={"policy": request.param}))
-
-
-def with_policy(cell: Cell, name: str, folder: Path) -> Cell:
-    return replace(cell, method=cell.method.model_copy(update={"policy": name}), directory=folder)
-
-
-def test_the_policy_decides_on_the_class_of_the_algorithm(cell: Cell) -> None:
-    assert cell.method.policy is not None
-    assert type(build_model(cell)) is POLICIES[cell.method.policy]
-
-
-@pytest.mark.usefixtures("often")
-@pytest.mark.parametrize("limit", [64, 192])
-def test_an_interrupted_training_resumes_as_if_nothing_had_happened(cell: Cell, limit: int) -> None:
-    resumed(cell, limit)
-
-
-def test_a_finished_run_plays_as_it_was_evaluated(cell: Cell) -> None:
-    run_cell(cell, ignore)
-    again = load_run(cell.directory)
-    given = again.scenario, again.evaluation.episodes, again.evaluation.seed, again.seed
-    rows = evaluate(load_player(again), *given)
-    saved = (cell.directory / "evaluation.csv").read_text(encoding="utf-8")
-    assert rows_as_text(rows) == saved
+@pytest.mark.parametrize("policy", POLICIES)
+def test_the_policy_decides_on_the_class_of_the_algorithm(policy: str, tmp_path: Path) -> None:
+    assert type(build_model(mappo_cell(tmp_path, policy))) is POLICIES[policy]
 
 
 def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_cell: Cell, tmp_path: Path) -> None:
     def moves_out(policy: str) -> int:
-        cell = with_policy(small_cell, policy, tmp_path / policy)
+        cell = mappo_cell(tmp_path / policy, policy)
         run_cell(cell, ignore)
         player = load_player(cell, deterministic=False)
         games = Simulator(small_cell.scenario, 50, seed=1)
@@ -79,7 +52,7 @@ def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_ce
 @pytest.mark.parametrize("policy", ["centralized_critic", "masked", "recurrent", "set_critic"])
 @pytest.mark.parametrize("num_uavs", [1, 3, 9])
 def test_an_actor_flies_with_any_number_of_uavs(small_cell: Cell, tmp_path: Path, policy: str, num_uavs: int) -> None:
-    cell = with_policy(small_cell, policy, tmp_path / policy)
+    cell = mappo_cell(tmp_path / policy, policy)
     run_cell(cell, ignore)
     rows = evaluate(load_player(cell), cell.scenario.changed(num_uavs=num_uavs), 5, 0)
     assert len(rows) == 5 * num_uavs
@@ -87,7 +60,7 @@ def test_an_actor_flies_with_any_number_of_uavs(small_cell: Cell, tmp_path: Path
 
 def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(small_cell: Cell, tmp_path: Path) -> None:
     """Among nine UAVs, an actor trained with four acts as it does on the same o_i with noise for x."""
-    cell = with_policy(small_cell, "centralized_critic", tmp_path / "run")
+    cell = mappo_cell(tmp_path / "run")
     run_cell(cell, ignore)
     player, model = load_player(cell), build_model(cell)
     model.set_parameters(str(cell.directory / "model.zip"))
@@ -102,7 +75,7 @@ def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(small_cell: Cell
 
 @pytest.mark.parametrize("settings", [{}, {"share_parameters": True}])
 def test_networks_that_know_the_uav_are_not_flown_with_others(small_cell: Cell, settings: dict[str, bool]) -> None:
-    own = with_policy(small_cell, "separate_actors", small_cell.directory).method
+    own = mappo_cell(small_cell.directory, "separate_actors").method
     iql = Method(label="IQL", algo="iql", env_steps=8, num_games=2, settings={"buffer_size": 100, **settings})
     for method in (own, iql):
         model = build_model(replace(small_cell, method=method))

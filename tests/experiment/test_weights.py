@@ -12,13 +12,13 @@ from lawn_sb3.experiment import weights
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.weights import load_weights, save_weights
-from tests.experiment.test_iql_cell import small_iql_cell
+from tests.experiment import training
 
 
 @pytest.fixture
 def iql_cell(tmp_path: Path) -> Cell:
     """Four small Q-networks and their targets."""
-    return small_iql_cell(tmp_path / "iql")
+    return training.iql_cell(tmp_path / "iql")
 
 
 def test_weights_come_back_and_targets_equal_what_they_follow(iql_cell: Cell, tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,8 +11,45 @@ import torch as th
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, PROVENANCE_FILE, RESULT_FILES
 from lawn_sb3.experiment.train import run_cell
+from lawn_sb3.scenario import PRESETS
+
+SMALL_EVALUATION = Evaluation(episodes=5, record_every=1, watch_every=100, watch_episodes=3)
+
+
+def small_cell_of(algo: str, directory: Path, max_slots: int, settings: dict[str, Any], **values: Any) -> Cell:
+    """A cell that is trained in a moment."""
+    scenario, more = PRESETS["paper"].changed(max_slots=max_slots), {"label": algo.upper(), "settings": settings}
+    method = Method.model_validate({"algo": algo, "num_games": 2, **more, **values})
+    return Cell(algo, method, 3, scenario, SMALL_EVALUATION, directory)
+
+
+def mappo_cell(directory: Path, policy: str = "centralized_critic") -> Cell:
+    """Four rollouts on two games."""
+    settings = {
+        "n_steps": 32, "batch_size": 64, "n_epochs": 2, "learning_rate": "lin_1e-3", "ent_coef": "lin_0.02",
+    }  # fmt: skip
+    return small_cell_of("mappo", directory, 20, settings, policy=policy, env_steps=256)
+
+
+def iql_cell(directory: Path, policy: str = "local_q", **settings: Any) -> Cell:
+    """Twenty vector steps on two games; the replay of eighteen wraps around."""
+    settings = {
+        "buffer_size": 36, "learning_starts": 16, "batch_size": 16, "train_freq": 1, "target_update_interval": 6,
+        "exploration_fraction": 0.5, "learning_rate": "lin_1e-3", "policy_kwargs": {"net_arch": [16]}, **settings,
+    }  # fmt: skip
+    return small_cell_of("iql", directory, 8, settings, policy=policy, env_steps=40)
+
+
+def qmix_cell(directory: Path, policy: str = "monotonic_mixer") -> Cell:
+    """Forty vector steps on three games, with a replay that overflows."""
+    settings = {
+        "buffer_size": 60, "learning_starts": 80, "batch_size": 16, "target_update_interval": 7,
+        "learning_rate": "lin_1e-3", "gamma": 0.85, "policy_kwargs": {"net_arch": [16]},
+    }  # fmt: skip
+    return small_cell_of("qmix", directory, 9, settings, policy=policy, env_steps=120, num_games=3)
 
 
 class InterruptionError(Exception):
@@ -22,7 +61,6 @@ def ignore(env_steps: int) -> None:
 
 
 def interrupted_at(limit: int) -> Callable[[int], None]:
-    """A progress report that ends the training."""
 
     def report(env_steps: int) -> None:
         if env_steps >= limit:
@@ -32,7 +70,6 @@ def interrupted_at(limit: int) -> Callable[[int], None]:
 
 
 def parameters(cell: Cell) -> dict[str, th.Tensor]:
-    """The weights a run left."""
     _, saved, _ = load_from_zip_file(cell.directory / "model.zip", load_data=False)
     return dict(saved["policy"])
 

@@ -70,7 +70,6 @@ class Played(NamedTuple):
 
 
 def random_actions(simulator: Simulator, rng: np.random.Generator) -> np.ndarray:
-    """Uniformly random actions for all UAVs of all games."""
     return rng.integers(simulator.num_actions, size=simulator.state.flying.shape)
 
 

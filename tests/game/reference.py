@@ -32,8 +32,6 @@ class Slot(NamedTuple):
 
 @dataclass
 class Uav:
-    """One UAV and its mission."""
-
     position: Voxel
     destination: Voxel
     min_slots: int
@@ -107,7 +105,6 @@ class ReferenceGame:
         return uav.flying or (uav.has_arrived and self.scenario.arrived_uav == "stays")
 
     def loads(self) -> list[int]:
-        """Cell load n_b of every GBS."""
         cells = [self.cell(uav.position) for uav in self.uavs if self.in_airspace(uav)]
         return [cells.count(b) for b in range(len(self.sites))]
 
@@ -163,7 +160,6 @@ def way(start: Voxel, end: Voxel) -> Iterator[Voxel]:
 
 
 def gbs_sites(scenario: Scenario) -> list[Point]:
-    """Positions g_b in metres."""
     if scenario.gbs_positions_m is not None:
         return list(scenario.gbs_positions_m)
     columns, rows = scenario.gbs_grid

@@ -33,7 +33,6 @@ def assert_equal(one: list[np.ndarray], other: list[np.ndarray]) -> None:
 
 
 def ends(simulator: Simulator, game: int, uavs: np.ndarray) -> list[tuple[int, ...]]:
-    """Positions and destinations of some UAVs of one game."""
     state = simulator.state
     return [tuple(v) for v in [*state.position[game, uavs].tolist(), *state.destination[game, uavs].tolist()]]
 

@@ -26,8 +26,6 @@ UNLIKE_RB_RATE_MBPS = [[1.0, 1.0], [2.0, 2.0]]
 
 
 class Game(NamedTuple):
-    """An association game, and some joint choice in it."""
-
     rb_rate_mbps: NDArray[np.float64]
     num_rbs: list[int]
     choice: list[int]

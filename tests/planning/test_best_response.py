@@ -33,7 +33,6 @@ def copied(plan: Plan) -> Plan:
 
 
 def without(situation: Situation, uav: int) -> tuple[Simulator, Plan]:
-    """The same game and plan with one UAV fewer."""
     simulator, plan, _, _ = situation
     return among(simulator, plan, [i for i in range(len(plan.slots)) if i != uav])
 

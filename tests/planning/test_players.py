@@ -254,7 +254,6 @@ def alone_mbps(scenario: Scenario, missions: Missions) -> NDArray[np.float64]:
 
 
 def utilities_mbps(player: Player, scenario: Scenario, seed: int) -> NDArray[np.float64]:
-    """Utilities of an evaluation [E, N]."""
     rows = evaluate(player, scenario, EPISODES, seed)
     return np.asarray(rows["utility_mbps"].to_numpy().reshape(EPISODES, scenario.num_uavs))
 

@@ -117,14 +117,12 @@ def situations(draw: st.DrawFn, /, **fixed: Any) -> Situation:
 
 
 def all_can_arrive(simulator: Simulator) -> bool:
-    """Whether every UAV that flies has time enough for the rest of its way."""
     state, rules = simulator.state, simulator.rules
     steps = np.abs(state.destination - state.position).sum(axis=-1)
     return bool((steps <= rules.max_voxel_steps * (rules.max_slots - state.slot))[state.flying].all())
 
 
 def among(simulator: Simulator, plan: Plan, uavs: list[int]) -> tuple[Simulator, Plan]:
-    """The same game and plan with these UAVs only."""
     fewer = Simulator(simulator.scenario.changed(num_uavs=len(uavs)), 1, seed=0)
     state, random_state = simulator.snapshot()
     kept = State._make([*(array[:, uavs] for array in state[:-2]), state.cell_load, state.past_load])
@@ -167,7 +165,6 @@ def fly(simulator: Simulator, actions: np.ndarray) -> Flown:
 
 
 def fly_plan(simulator: Simulator, plan: Plan) -> Flown:
-    """Fly a joint plan in the simulator."""
     return fly(simulator, actions_of(simulator.rules, plan)[:, None])
 
 

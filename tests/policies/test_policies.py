@@ -40,7 +40,6 @@ def policy(request: pytest.FixtureRequest) -> CTDEPolicy:
 
 
 def probabilities(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
-    """The action distribution for each flat observation."""
     with th.no_grad():
         distribution: Any = policy.get_distribution(th.as_tensor(flat)).distribution
     return np.asarray(distribution.probs)
@@ -49,16 +48,6 @@ def probabilities(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
 def values(policy: CTDEPolicy, flat: np.ndarray) -> np.ndarray:
     with th.no_grad():
         return policy.predict_values(th.as_tensor(flat)).numpy().ravel()
-
-
-def test_the_global_state_never_changes_an_action_distribution_but_a_central_critics_value(policy: CTDEPolicy) -> None:
-    flat = some_observations()
-    other_state = replaced(flat, policy.layout.state)
-    np.testing.assert_array_equal(probabilities(policy, other_state), probabilities(policy, flat))
-    if type(policy) in CRITIC_SEES_X:
-        assert (np.abs(values(policy, other_state) - values(policy, flat)) > 1e-4).all()
-    else:
-        np.testing.assert_array_equal(values(policy, other_state), values(policy, flat))
 
 
 def test_no_single_number_of_the_global_state_reaches_the_actor(policy: CTDEPolicy) -> None:
@@ -81,12 +70,6 @@ def test_every_number_that_a_critic_is_to_see_reaches_it_and_no_other(policy: CT
     reached = (flat.grad != 0.0).any(dim=0)
     assert (reached[policy.layout.state] == (type(policy) in CRITIC_SEES_X)).all()
     assert (reached[policy.layout.local] == (type(policy) in CRITIC_SEES_O)).all()
-
-
-def test_the_local_observation_changes_the_action_distribution(policy: CTDEPolicy) -> None:
-    flat = some_observations()
-    elsewhere = replaced(flat, policy.layout.local)
-    assert (np.abs(probabilities(policy, elsewhere) - probabilities(policy, flat)).max(axis=1) > 1e-6).all()
 
 
 def test_only_a_critic_that_sees_o_knows_whose_value_is_asked(policy: CTDEPolicy) -> None:

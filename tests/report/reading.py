@@ -18,12 +18,10 @@ def rows_by(frame: pd.DataFrame, *columns: str) -> dict[Any, dict[Any, Any]]:
 
 
 def numbers_of(table: Table) -> dict[Any, dict[Any, Any]]:
-    """Its numbers, by the key of the method."""
     return rows_by(table.numbers, "key")
 
 
 def shown_of(table: Table) -> dict[Any, dict[Any, Any]]:
-    """What a reader sees, by the label of the method."""
     return rows_by(table.shown, "Method")
 
 
@@ -33,13 +31,11 @@ def interval_in(row: Mapping[Any, Any], name: str) -> list[float]:
 
 
 def points_of(line: Line2D) -> list[list[float]]:
-    """The points of a line, x and y of each."""
     points: list[list[float]] = np.asarray(line.get_xydata()).tolist()
     return points
 
 
 def table_in(section: Section | None, name: str) -> Table:
-    """A table of a section."""
     assert section is not None
     part = section.shown[name]
     assert isinstance(part, Table)
@@ -47,7 +43,6 @@ def table_in(section: Section | None, name: str) -> Table:
 
 
 def picture_in(section: Section | None, name: str) -> Picture:
-    """A figure of a section, with its caption."""
     assert section is not None
     part = section.shown[name]
     assert isinstance(part, Picture)

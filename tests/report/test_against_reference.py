@@ -10,7 +10,6 @@ RECIPE = recipe_with({"mappo": learner("CTDE-MAPPO")})
 
 
 def made(*rewards: float, utility_mbps: float = 20.0) -> Results:
-    """One reward a seed."""
     return results_of(
         RECIPE,
         *(flown("mappo", seed, reward=[reward], utility_mbps=[utility_mbps]) for seed, reward in enumerate(rewards)),
@@ -18,7 +17,6 @@ def made(*rewards: float, utility_mbps: float = 20.0) -> Results:
 
 
 def verdict(new: Results, reference: Results) -> str:
-    """What the table says."""
     return str(against_reference(new, reference).shown.iloc[0]["Against the reference"])
 
 

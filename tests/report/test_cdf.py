@@ -21,7 +21,6 @@ METHODS: dict[str, Method] = {
 
 
 def drawn(methods: dict[str, Method]) -> tuple[list[list[str]], str]:
-    """The labels of the curves in each panel, and the caption of Fig. 3."""
     results = results_of(recipe_with(methods), *(flown(key, 0, utility_mbps=[4.0]) for key in methods))
     axes = distributions(results, results.episodes, "utility_mbps", "u", "F").axes
     caption = picture_in(utility_cdf.section(results), "fig3_utility_cdf").caption
@@ -58,7 +57,6 @@ def test_a_curve_is_the_share_of_the_uavs_up_to_a_value() -> None:
 
 
 def curve(results: Results, end: float | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Points of the only line."""
     (ax,) = distributions(results, results.episodes, "utility_mbps", "u", "F", end).axes
     (line,) = ax.lines
     x, share = line.get_data()

@@ -27,13 +27,11 @@ ALWAYS = {"table1", "table2", "claims_headlines", "claims_summary", "claims", "f
 
 
 def reported(recipe: Recipe, runs: list[Cell], folder: Path) -> str:
-    """Write a report; returns its page."""
     write_report(build_report(recipe, runs, COMMAND), folder)
     return (folder / "README.md").read_text(encoding="utf-8")
 
 
 def names_of(report: Report) -> set[str]:
-    """File names of its tables and figures."""
     return {*report.tables, *report.figures}
 
 

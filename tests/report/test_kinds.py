@@ -15,7 +15,6 @@ from lawn_sb3.report.document import Report, write_report
 
 
 def report_of(recipe: Recipe, runs: Path) -> Report:
-    """The report of these runs."""
     return build_report(recipe, cells(recipe, runs), "lawn-sb3 report")
 
 
@@ -48,7 +47,6 @@ def test_an_ablation_whose_default_has_no_run_is_named(twins: Recipe, runs: Path
 
 @pytest.fixture
 def varied(tmp_path: Path) -> Path:
-    """A recipe with two games that needs no training, run."""
     path = tmp_path / "varied.yaml"
     path.write_text(
         "seeds: [0, 1]\nset: [max_slots=10]\nevaluation: {episodes: 5}\n"

@@ -31,13 +31,11 @@ def runs_in(table: pd.DataFrame) -> set[tuple[str, int]]:
 
 @pytest.fixture
 def asking(planned: Recipe) -> Recipe:
-    """A recipe that asks for every table."""
     return planned.model_copy(update={"scaling": SCALING})
 
 
 @pytest.fixture
 def learners(planned_cells: list[Cell]) -> list[Cell]:
-    """Two runs that have every table."""
     chosen = [cell for cell in planned_cells if cell.key == "mappo"]
     add_scaling(chosen, SCALING, Console(quiet=True))
     return chosen

@@ -49,17 +49,17 @@ def assert_holds_its_value(interval: Interval) -> None:
 # How an interval is written
 
 
-def test_interval_is_written_with_its_bounds() -> None:
-    assert Interval(3.4349, 3.41, 3.4501).text(2) == "3.43 [3.41, 3.45]"
-
-
-def test_interval_is_written_without_a_negative_zero() -> None:
-    assert Interval(-0.004, -0.2, 0.1).text(1) == "0.0 [-0.2, 0.1]"
-
-
-def test_unknown_bounds_are_left_out_and_an_unknown_value_is_a_dash() -> None:
-    assert UNKNOWN.text() == "–"
-    assert Interval(3.434, float("nan"), float("nan")).text(1) == "3.4"
+@pytest.mark.parametrize(
+    ("interval", "decimals", "text"),
+    [
+        (Interval(3.4349, 3.41, 3.4501), 2, "3.43 [3.41, 3.45]"),
+        (Interval(-0.004, -0.2, 0.1), 1, "0.0 [-0.2, 0.1]"),  # no negative zero
+        (Interval(3.434, float("nan"), float("nan")), 1, "3.4"),
+        (UNKNOWN, 1, "–"),
+    ],
+)
+def test_an_interval_is_written_with_the_bounds_that_are_known(interval: Interval, decimals: int, text: str) -> None:
+    assert interval.text(decimals) == text
 
 
 # Mean over seeds

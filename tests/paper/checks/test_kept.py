@@ -21,13 +21,11 @@ OF_CLAIMS = {"printed_grid", "least_reward", "deviation_cycles", "hovering", "st
 
 
 def read(recipe: Recipe, own: list[Cell]) -> tuple[dict[str, pd.DataFrame | str], list[str]]:
-    """The checks and the problems."""
     problems: list[str] = []
     return read_checks(recipe, own, problems), problems
 
 
 def written(folder: Path) -> dict[str, int]:
-    """When each file was written."""
     return {path.name: path.stat().st_mtime_ns for path in folder.iterdir()}
 
 
@@ -101,19 +99,16 @@ def test_what_cannot_be_made_leaves_its_reason_until_it_can(recipe: Recipe, smal
 
 
 def cut(path: Path) -> None:
-    """Leave the first half of a file's lines."""
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
     path.write_text("".join(lines[: len(lines) // 2]), encoding="utf-8")
 
 
 def other_values(path: Path) -> None:
-    """Change values to others that could be."""
     rows = pd.read_csv(path)
     rows.assign(reward=rows["reward"] + 1.0).to_csv(path, index=False)
 
 
 def no_rows(path: Path) -> None:
-    """Say that there are none."""
     path.write_text(path.read_text(encoding="utf-8").replace('"rows": 24', '"rows": 0'), encoding="utf-8")
 
 

@@ -7,13 +7,11 @@ from lawn_sb3.paper.claims.comparisons import better_than, loads_suffice, rate_c
 from lawn_sb3.paper.claims.evidence import CannotTellError
 from lawn_sb3.paper.claims.rule_parts import join
 from lawn_sb3.paper.roles import FORMS
-from tests.handmade import evidence, flown_by_seed, method_of, recipe_of_parts
+from tests.handmade import evidence, flown_by_seed, measured, method_of, recipe_of_parts
 
 
 def lead(own: list[list[float]], other: list[list[float]]) -> Finding:
-    """Whether V(x) earns more than QMIX."""
-    found = evidence(flown_by_seed("mappo", utility_mbps=own), flown_by_seed("qmix", utility_mbps=other))
-    return better_than(found, "utility_mbps", ["mappo"], ["qmix"])
+    return better_than(measured("utility_mbps", mappo=own, qmix=other), "utility_mbps", ["mappo"], ["qmix"])
 
 
 def test_a_lead_with_its_whole_interval_is_reproduced() -> None:
@@ -44,22 +42,14 @@ def test_rounding_is_no_lead() -> None:
 
 
 def test_one_of_two_forms_ahead_is_partly() -> None:
-    found = evidence(
-        flown_by_seed("mappo", utility_mbps=[[1.0], [1.0]]),
-        flown_by_seed("mappo-o", utility_mbps=[[9.0], [9.0]]),
-        flown_by_seed("qmix", utility_mbps=[[4.0], [4.0]]),
-    )
+    found = measured("utility_mbps", mappo=[[1.0]] * 2, mappo_o=[[9.0]] * 2, qmix=[[4.0]] * 2)
     finding = better_than(found, "utility_mbps", ["mappo", "mappo-o"], ["qmix"])
     assert finding.verdict == "partly"
     assert "MAPPO: mean U -3.00 [-3.00, -3.00] Mbps against QMIX; MAPPO-O: mean U 5.00" in finding.figure
 
 
 def test_a_form_has_to_beat_every_rival() -> None:
-    found = evidence(
-        flown_by_seed("mappo", utility_mbps=[[5.0], [5.0]]),
-        flown_by_seed("qmix", utility_mbps=[[4.0], [4.0]]),
-        flown_by_seed("iql", utility_mbps=[[6.0], [6.0]]),
-    )
+    found = measured("utility_mbps", mappo=[[5.0]] * 2, qmix=[[4.0]] * 2, iql=[[6.0]] * 2)
     finding = better_than(found, "utility_mbps", ["mappo"], ["qmix", "iql"])
     assert finding.verdict == "not reproduced"
     assert "MAPPO does worse than IQL" in finding.why
@@ -67,9 +57,7 @@ def test_a_form_has_to_beat_every_rival() -> None:
 
 
 def test_of_times_less_is_better() -> None:
-    found = evidence(
-        flown_by_seed("mappo", makespan_slots=[[5], [5]]), flown_by_seed("qmix", makespan_slots=[[40], [40]])
-    )
+    found = measured("makespan_slots", mappo=[[5]] * 2, qmix=[[40]] * 2)
     assert better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True).verdict == "reproduced"
     assert better_than(found, "makespan_slots", ["qmix"], ["mappo"], lower=True).verdict == "not reproduced"
 
@@ -77,9 +65,7 @@ def test_of_times_less_is_better() -> None:
 @pytest.mark.parametrize(("slots", "verdict"), [(7.4, "reproduced"), (7.42, "partly")])
 def test_a_sizeable_lead_is_at_least_a_tenth_of_the_papers(slots: float, verdict: str) -> None:
     # The paper: 8.7 against 34.6 slots, a lead of 25.9; a tenth is 2.59. Here 10 - 7.4 = 2.6 and 10 - 7.42 = 2.58.
-    found = evidence(
-        flown_by_seed("mappo", makespan_slots=[[slots]] * 2), flown_by_seed("qmix", makespan_slots=[[10]] * 2)
-    )
+    found = measured("makespan_slots", mappo=[[slots]] * 2, qmix=[[10]] * 2)
     finding = better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True, sizeable=True)
     assert finding.verdict == verdict
     noted = "the lead is below a tenth of the paper's for MAPPO over QMIX (paper -25.90)" in finding.why
@@ -88,10 +74,7 @@ def test_a_sizeable_lead_is_at_least_a_tenth_of_the_papers(slots: float, verdict
 
 def test_success_is_in_points() -> None:
     # Three of four UAVs arrive against one of four: 75 % - 25 %.
-    found = evidence(
-        flown_by_seed("mappo", arrived=[[True, True, True, False]] * 2),
-        flown_by_seed("qmix", arrived=[[True, False, False, False]] * 2),
-    )
+    found = measured("arrived", mappo=[[True, True, True, False]] * 2, qmix=[[True, False, False, False]] * 2)
     assert "success 50.00 [50.00, 50.00] points" in better_than(found, "success_percent", ["mappo"], ["qmix"]).figure
 
 
@@ -114,8 +97,7 @@ def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
 @pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "not reproduced")])
 def test_rates_are_comparable_within_the_papers_own_difference(rate: float, verdict: str) -> None:
     # The paper: 35.68 against 38.80 Mbps, 3.12 apart; QMIX here has 30.
-    rates = {**dict.fromkeys(FORMS, rate), "qmix": 30.0}
-    finding = rate_comparable(evidence(*(flown_by_seed(role, rate_mbps=[[own]] * 2) for role, own in rates.items())))
+    finding = rate_comparable(measured("rate_mbps", **dict.fromkeys(FORMS, [[rate]] * 2), qmix=[[30.0]] * 2))
     assert finding.verdict == verdict
     assert "a difference of 3.12 Mbps comparable" in finding.why
 
@@ -134,8 +116,7 @@ def test_comparable_needs_rows_of_the_paper() -> None:
 def test_loads_suffice_if_they_are_of_use_and_more_is_not(nothing: float, destinations: float, verdict: str) -> None:
     # With the loads 30 Mbps in every seed.
     utilities = {"knows-nothing": nothing, "knows-loads": 30.0, "knows-destinations": destinations}
-    found = evidence(*(flown_by_seed(role, utility_mbps=[[own]] * 2) for role, own in utilities.items()))
-    finding = loads_suffice(found)
+    finding = loads_suffice(measured("utility_mbps", **{role: [[own]] * 2 for role, own in utilities.items()}))
     assert finding.verdict == verdict
     assert finding.figure.startswith("KNOWS-LOADS: mean U")
 

@@ -22,7 +22,6 @@ Curves = Sequence[Sequence[float]]
 
 
 def both(role: str, greedy: Curves, missions: Curves) -> pd.DataFrame:
-    """A curve of greedy evaluations and one of training missions."""
     shown = trained(role, *missions, column=MISSIONS)
     return trained(role, *greedy).merge(shown, on=["method", "seed", "time/env_steps"], how="outer")
 

@@ -8,7 +8,7 @@ from lawn_sb3.paper.claims import Finding
 from lawn_sb3.paper.claims.distributions import collapses, collision_free, larger, uneven_by_congestion
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.roles import FORMS
-from tests.handmade import evidence, flown_by_seed
+from tests.handmade import evidence, flown_by_seed, measured
 
 TENS = [float(10 * k) for k in range(11)]
 """0, 10 ... 100: 10th percentile 10, median 50, 90th percentile 90."""
@@ -16,7 +16,7 @@ TENS = [float(10 * k) for k in range(11)]
 
 def test_the_width_is_that_of_the_middle_eighty_percent() -> None:
     narrow = [40.0 + k for k in range(11)]  # 41 to 49
-    found = evidence(flown_by_seed("mappo", utility_mbps=[TENS] * 2), flown_by_seed("qmix", utility_mbps=[narrow] * 2))
+    found = measured("utility_mbps", mappo=[TENS] * 2, qmix=[narrow] * 2)
     finding = larger(found, "width", ["mappo"], ["qmix"])
     assert finding.verdict == "reproduced"
     assert "MAPPO: 80.0 [80.0, 80.0] Mbps; QMIX: 8.0 [8.0, 8.0] Mbps" in finding.figure
@@ -28,11 +28,7 @@ def test_the_width_is_that_of_the_middle_eighty_percent() -> None:
 
 def test_one_of_two_forms_larger_is_partly_and_equal_is_not_larger() -> None:
     more = [value + 1.0 for value in TENS]
-    found = evidence(
-        flown_by_seed("mappo", utility_mbps=[TENS] * 2),
-        flown_by_seed("mappo-o", utility_mbps=[more] * 2),
-        flown_by_seed("qmix", utility_mbps=[TENS] * 2),
-    )
+    found = measured("utility_mbps", mappo=[TENS] * 2, mappo_o=[more] * 2, qmix=[TENS] * 2)
     finding = larger(found, "median", ["mappo", "mappo-o"], ["qmix"])
     assert finding.verdict == "partly"
     assert finding.why.endswith("1 of 2 do.")
@@ -40,29 +36,22 @@ def test_one_of_two_forms_larger_is_partly_and_equal_is_not_larger() -> None:
 
 def test_unevenness_is_that_within_an_episode() -> None:
     # Two UAVs: 0 and 30 has a Gini coefficient of 1/2, 15 and 15 of 0, whatever the other episodes have.
-    found = evidence(
-        flown_by_seed("mappo", num_uavs=2, utility_mbps=[[0.0, 30.0, 0.0, 30.0]] * 2),
-        flown_by_seed("qmix", num_uavs=2, utility_mbps=[[15.0, 15.0, 90.0, 90.0]] * 2),
-    )
+    uneven, even = [0.0, 30.0, 0.0, 30.0], [15.0, 15.0, 90.0, 90.0]
+    found = measured("utility_mbps", 2, mappo=[uneven] * 2, qmix=[even] * 2)
     finding = larger(found, "gini", ["mappo"], ["qmix"])
     assert finding.verdict == "reproduced"
     assert "MAPPO: 0.500 [0.500, 0.500]; QMIX: 0.000 [0.000, 0.000]" in finding.figure
 
 
 def test_a_shape_needs_two_seeds() -> None:
-    found = evidence(flown_by_seed("mappo", utility_mbps=[TENS]), flown_by_seed("qmix", utility_mbps=[TENS]))
     with pytest.raises(CannotTellError, match="two seeds"):
-        larger(found, "width", ["mappo"], ["qmix"])
+        larger(measured("utility_mbps", mappo=[TENS], qmix=[TENS]), "width", ["mappo"], ["qmix"])
 
 
 def test_a_collapse_is_nearly_all_utilities_near_zero_in_every_seed() -> None:
     low, some = [0.0] * 9 + [40.0], [0.0] * 8 + [40.0] * 2  # 90 % and 80 % below
     none = [0.0] * 10
-    found = evidence(
-        flown_by_seed("iql", utility_mbps=[low, low]),
-        flown_by_seed("random", utility_mbps=[none, some]),
-        flown_by_seed("qmix", utility_mbps=[some]),
-    )
+    found = measured("utility_mbps", iql=[low, low], random=[none, some], qmix=[some])
     assert collapses(found, ["iql"], 5, 90).verdict == "reproduced"
     assert collapses(found, ["random"], 5, 90).verdict == "not reproduced"
     finding = collapses(found, ["iql", "random"], 5, 90)
@@ -76,8 +65,7 @@ def test_a_single_collision_breaks_the_constraint() -> None:
     never, once = [[0, 0], [0, 0]], [[0, 0], [0, 3]]
 
     def judged(*collisions: list[list[int]]) -> Finding:
-        pairs = zip(FORMS, collisions, strict=True)
-        return collision_free(evidence(*(flown_by_seed(role, collisions=own) for role, own in pairs)))
+        return collision_free(measured("collisions", **dict(zip(FORMS, collisions, strict=True))))
 
     assert judged(never, never).verdict == "reproduced"
     assert judged(once, once).verdict == "not reproduced"

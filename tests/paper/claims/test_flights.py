@@ -18,7 +18,6 @@ def noise(**draws: list[int]) -> pd.DataFrame:
 
 
 def changed(**draws: list[int]) -> Finding:
-    """What the claim says of such noise."""
     return no_communication(evidence(*(flown(role, 0) for role in ACTORS), state_noise=noise(**draws)))
 
 

@@ -6,13 +6,11 @@ import pytest
 from lawn_sb3.paper.claims import Evidence, Finding
 from lawn_sb3.paper.claims.evidence import CannotTellError
 from lawn_sb3.paper.claims.game_theory import congestion_game, welfare_maximising, welfare_unfair
-from tests.handmade import evidence, flown_by_seed, recipe_of_parts
+from tests.handmade import evidence, flown_by_seed, measured, recipe_of_parts
 
 
 def judged(**utilities_mbps: list[list[float]]) -> Finding:
-    """Both forms and the planner, seed by seed."""
-    found = {name.replace("_", "-"): values for name, values in utilities_mbps.items()}
-    return welfare_maximising(evidence(*(flown_by_seed(role, utility_mbps=own) for role, own in found.items())))
+    return welfare_maximising(measured("utility_mbps", **utilities_mbps))
 
 
 def test_a_policy_that_earns_less_than_the_planner_does_not_maximise() -> None:
@@ -57,7 +55,6 @@ def test_fairness_is_judged_on_average_and_episode_by_episode() -> None:
 
 
 def cycles(*gains: tuple[float, float]) -> Evidence:
-    """Cycles of deviations with these gains, of rates and of log-rates."""
     rows = pd.DataFrame(gains, columns=["rate_gain_mbps", "log_rate_gain"])
     return evidence(deviation_cycles=rows)
 

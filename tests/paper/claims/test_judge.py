@@ -10,7 +10,7 @@ from lawn_sb3.paper.claims import Claim, Evidence, judge, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
 from lawn_sb3.paper.claims.comparisons import better_than
 from lawn_sb3.results.results import read_results
-from tests.handmade import evidence, flown_by_seed
+from tests.handmade import evidence, measured
 
 CLAIM = Claim(
     id="a", place=1, section="V", text="b", measure="c",
@@ -19,7 +19,7 @@ CLAIM = Claim(
 
 
 def test_missing_methods_make_a_claim_not_testable() -> None:
-    finding = judge(CLAIM, evidence(flown_by_seed("mappo", reward=[[1.0]] * 2)))
+    finding = judge(CLAIM, measured("reward", mappo=[[1.0]] * 2))
     assert finding == (
         "not testable", "", "Needs finished runs of a method with algo qmix, policy monotonic_mixer."
     )  # fmt: skip
@@ -29,8 +29,7 @@ def test_missing_methods_make_a_claim_not_testable() -> None:
 
 def test_runs_that_do_not_fit_together_make_it_not_testable_too() -> None:
     # One mission against two.
-    found = evidence(flown_by_seed("mappo", reward=[[1.0]] * 2), flown_by_seed("qmix", reward=[[1.0, 2.0]] * 2))
-    finding = judge(CLAIM, found)
+    finding = judge(CLAIM, measured("reward", mappo=[[1.0]] * 2, qmix=[[1.0, 2.0]] * 2))
     assert finding.verdict == "not testable"
     assert finding.why == "Needs MAPPO and QMIX on the same missions."
 

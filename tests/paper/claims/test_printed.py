@@ -19,7 +19,6 @@ from tests.handmade import evidence, flown, recipe_of_parts
 
 
 def game(*changes: str) -> Evidence:
-    """No runs at all, on a changed game."""
     return evidence(recipe=recipe_of_parts(changes=changes))
 
 

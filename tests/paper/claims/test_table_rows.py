@@ -14,62 +14,60 @@ from lawn_sb3.paper.claims.table_rows import (
     time_ratio,
 )
 from lawn_sb3.paper.roles import FORMS
-from tests.handmade import evidence, flown_by_seed
+from tests.handmade import evidence, flown_by_seed, measured
 
-MAPPO_ROW: dict[str, Any] = {  # the paper's, where nothing ever varies
-    "reward": [[3.19] * 2] * 2, "rate_mbps": [[35.68] * 2] * 2, "makespan_slots": [[8.7] * 2] * 2,
-    "arrived": [[True] * 2] * 2,
-}  # fmt: skip
+
+def mappo_row(**changes: Any) -> Finding:
+    """The paper's row, where nothing ever varies, but for some columns."""
+    row: dict[str, Any] = {"reward": 3.19, "rate_mbps": 35.68, "makespan_slots": 8.7, "arrived": True}
+    columns = {name: [[value] * 2] * 2 for name, value in row.items()}
+    return agrees_with_row(evidence(flown_by_seed("mappo", **{**columns, **changes})), "mappo")
 
 
 def test_a_row_that_comes_out_is_reproduced() -> None:
-    finding = agrees_with_row(evidence(flown_by_seed("mappo", **MAPPO_ROW)), "mappo")
+    finding = mappo_row()
     assert finding.verdict == "reproduced"
     assert "R̂ 35.68 [35.68, 35.68] (paper 35.68)" in finding.figure
 
 
 def test_figures_that_are_off_are_named_with_their_distance() -> None:
-    finding = agrees_with_row(evidence(flown_by_seed("mappo", **{**MAPPO_ROW, "reward": [[4.0] * 2] * 2})), "mappo")
+    finding = mappo_row(reward=[[4.0] * 2] * 2)
     assert finding.verdict == "partly"
     assert finding.why == "J̄ above the paper's by 0.81."
     # With success: no UAV arrives.
-    changed = {**MAPPO_ROW, "arrived": [[False] * 2] * 2, "rate_mbps": [[30.0] * 2] * 2}
-    assert agrees_with_row(evidence(flown_by_seed("mappo", **changed)), "mappo").why == (
+    assert mappo_row(arrived=[[False] * 2] * 2, rate_mbps=[[30.0] * 2] * 2).why == (
         "R̂ below the paper's by 5.68 and success below the paper's by 100.00."
     )
 
 
 def test_a_row_of_which_nothing_comes_out_is_not_reproduced() -> None:
-    assert agrees_with_row(evidence(flown_by_seed("iql", reward=[[9.0] * 2] * 2)), "iql").verdict == "not reproduced"
+    assert agrees_with_row(measured("reward", iql=[[9.0] * 2] * 2), "iql").verdict == "not reproduced"
 
 
 @pytest.mark.parametrize(("mean", "verdict"), [(6.2, "reproduced"), (6.3, "partly")])
 def test_three_standard_errors_decide(mean: float, verdict: str) -> None:
     # Two missions, mean +- 1: variance 2. Theirs and ours: 2 (1/2 + 1/200) = 1.01, so three errors are 3.015. The seeds
     # do not differ, and the rounding of 0.005 does not count. The paper has 3.19: 3.01 and 3.11 away.
-    changed = {**MAPPO_ROW, "reward": [[mean - 1.0, mean + 1.0]] * 2}
-    assert agrees_with_row(evidence(flown_by_seed("mappo", **changed)), "mappo").verdict == verdict
+    assert mappo_row(reward=[[mean - 1.0, mean + 1.0]] * 2).verdict == verdict
 
 
 @pytest.mark.parametrize(("mean", "verdict"), [(6.7, "reproduced"), (6.8, "partly")])
 def test_seeds_that_differ_widen_the_error(mean: float, verdict: str) -> None:
     # Seeds at mean +- 1: variance 2, times 1/2 + 1/5 (theirs are five) = 1.4; three errors: 3.55. 3.51 and 3.61 away.
-    changed = {**MAPPO_ROW, "reward": [[mean - 1.0] * 2, [mean + 1.0] * 2]}
-    assert agrees_with_row(evidence(flown_by_seed("mappo", **changed)), "mappo").verdict == verdict
+    assert mappo_row(reward=[[mean - 1.0] * 2, [mean + 1.0] * 2]).verdict == verdict
 
 
 def test_the_rounding_of_print_counts() -> None:
     # T-bar is printed to 0.1: three times half of it is 0.15.
     for makespan, verdict in ((8.84, "reproduced"), (8.86, "partly")):
-        changed = {**MAPPO_ROW, "makespan_slots": [[makespan] * 2] * 2}
-        assert agrees_with_row(evidence(flown_by_seed("mappo", **changed)), "mappo").verdict == verdict
+        assert mappo_row(makespan_slots=[[makespan] * 2] * 2).verdict == verdict
 
 
 def test_a_row_needs_a_row_of_the_paper_and_two_seeds() -> None:
     with pytest.raises(CannotTellError, match="a row of IPPO in the paper's Table II"):
-        agrees_with_row(evidence(flown_by_seed("ippo", reward=[[1.0]] * 2)), "ippo")
+        agrees_with_row(measured("reward", ippo=[[1.0]] * 2), "ippo")
     with pytest.raises(CannotTellError, match="two seeds"):
-        agrees_with_row(evidence(flown_by_seed("iql", reward=[[1.0]])), "iql")
+        agrees_with_row(measured("reward", iql=[[1.0]]), "iql")
 
 
 def test_a_printed_time_above_the_mean_over_uavs_is_impossible() -> None:
@@ -81,11 +79,11 @@ def test_a_printed_time_above_the_mean_over_uavs_is_impossible() -> None:
 
 
 def test_a_printed_time_that_nobody_undercuts_is_reproduced() -> None:
-    assert average_completion(evidence(flown_by_seed("random", slots=[[100]] * 2))).verdict == "reproduced"
+    assert average_completion(measured("slots", random=[[100]] * 2)).verdict == "reproduced"
     # 99.7 to 100 slots: the interval reaches the printed time.
-    assert average_completion(evidence(flown_by_seed("random", slots=[[99.7], [100]]))).verdict == "reproduced"
+    assert average_completion(measured("slots", random=[[99.7], [100]])).verdict == "reproduced"
     with pytest.raises(CannotTellError, match="two seeds"):
-        average_completion(evidence(flown_by_seed("random", slots=[[40]])))
+        average_completion(measured("slots", random=[[40]]))
 
 
 @pytest.mark.parametrize(
@@ -120,9 +118,7 @@ def test_failed_missions_have_no_time_ratio() -> None:
 def test_a_player_is_flat_whose_seeds_get_much_the_same() -> None:
     def judged(uavs: int) -> Finding:
         """One of so many UAVs arrives with the first seed, two with the second."""
-        return random_flat(
-            evidence(flown_by_seed("random", arrived=[[k < seed for k in range(uavs)] for seed in (1, 2)]))
-        )
+        return random_flat(measured("arrived", random=[[k < seed for k in range(uavs)] for seed in (1, 2)]))
 
     finding = judged(25)  # 4 % and 8 %
     assert finding.verdict == "reproduced"
@@ -130,7 +126,7 @@ def test_a_player_is_flat_whose_seeds_get_much_the_same() -> None:
     assert finding.why.endswith("has to be narrower than 5 points, and is 4.0 wide.")
     assert judged(20).verdict == "not reproduced"  # 5 % and 10 %
     with pytest.raises(CannotTellError, match="two seeds"):
-        random_flat(evidence(flown_by_seed("random", arrived=[[True]])))
+        random_flat(measured("arrived", random=[[True]]))
 
 
 def test_a_perfect_success_is_so_once_rounded() -> None:
@@ -138,8 +134,7 @@ def test_a_perfect_success_is_so_once_rounded() -> None:
     most, fewer = [False] + [True] * 2499, [False] + [True] * 999
 
     def judged(*forms: list[bool]) -> Finding:
-        pairs = zip(FORMS, forms, strict=True)
-        return perfect_success(evidence(*(flown_by_seed(role, arrived=[own]) for role, own in pairs)))
+        return perfect_success(measured("arrived", **{role: [own] for role, own in zip(FORMS, forms, strict=True)}))
 
     assert judged(most, most).verdict == "reproduced"
     assert judged(fewer, fewer).verdict == "not reproduced"

@@ -22,7 +22,7 @@ from lawn_sb3.paper.identification.candidates import PAPER
 from lawn_sb3.paper.identification.possible import bounds_table
 from lawn_sb3.paper.identification.reward import TERMS, reward_terms
 from lawn_sb3.scenario import Scenario
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 BETAS = st.floats(0.01, 0.95)
 EVEN = PAPER.changed(num_uavs=1, path_loss_exponent=1e-12)
@@ -39,7 +39,6 @@ def reward_bounds(
 
 
 def bounds_of(scenario: Scenario, episodes: int, seed: int, figures: dict[str, float]) -> tuple[float, float]:
-    """The bounds for a player that was evaluated."""
     legs = draw_legs(scenario, episodes, seed)
     return reward_bounds(scenario, legs, figures["rate_mbps"], figures["makespan_slots"], rate_unit_mbps(scenario))
 

@@ -16,18 +16,16 @@ from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPE
 from lawn_sb3.paper.identification.findings import findings
 from lawn_sb3.paper.identification.random_row import TESTED, episode_figures, link_budget_interval, z_scores
 from lawn_sb3.paper.standard_error import standard_error, verdict
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 
 @pytest.fixture(scope="module")
 def calls() -> list[tuple[int, int]]:
-    """What the progress callback was told."""
     return []
 
 
 @pytest.fixture(scope="module")
 def result(calls: list[tuple[int, int]]) -> Identification:
-    """A short identification with one other player."""
     others = {"CTDE-MAPPO": Wanderer()}
     return identify(100, seed=1, others=others, progress=lambda done, total: calls.append((done, total)))
 

@@ -13,7 +13,7 @@ from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.paper.identification.candidates import PAPER, candidates
 from lawn_sb3.paper.identification.reward import TERMS, accumulated_reward, linear_table, other_rows, reward_terms
 from lawn_sb3.paper.printed_values import TABLE_II
-from tests.paper.identification.wanderer import Wanderer
+from tests.game.wanderer import Wanderer
 
 
 @settings(max_examples=25)
@@ -71,7 +71,6 @@ class PickyPlayer(Wanderer):
     """Flies straight, but only in the rate unit it knows; otherwise it hovers."""
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Hover among strangers."""
         actions = super().act(simulator)
         return actions if simulator.scenario.rate_unit == "lone-uav" else np.zeros_like(actions)
 

@@ -24,7 +24,6 @@ BUDGET = 1_000
 
 
 def part(label: str, baseline: str | None, algo: str = "mappo") -> Method:
-    """A method that trains, perhaps an ablation of another one."""
     return learner(label, algo=algo).model_copy(update={"baseline": baseline, "env_steps": BUDGET})
 
 
@@ -41,7 +40,6 @@ RECIPE = recipe_with(
 
 
 def rewards(method: str, *by_seed: float) -> list[pd.DataFrame]:
-    """One mission a seed with these rewards."""
     return [flown(method, seed, reward=[reward]) for seed, reward in enumerate(by_seed)]
 
 
@@ -56,17 +54,14 @@ def curves(method: str, *by_seed: list[float]) -> pd.DataFrame:
 
 
 def effects(results: Results) -> Table:
-    """The table of effects."""
     return table_in(effects_section.section(results), "effects")
 
 
 def forest(results: Results) -> Figure:
-    """The figure of effects."""
     return picture_in(effects_section.section(results), "effects_forest").figure
 
 
 def row_of(results: Results, key: str) -> dict[Any, Any]:
-    """The numbers of one row of the effects."""
     return numbers_of(effects(results))[key]
 
 
@@ -220,7 +215,6 @@ def test_the_figure_has_a_row_for_each_row_of_the_table_and_writes_what_lies_bey
 
 
 def learnt(**by_method: list[list[float]]) -> Results:
-    """Results of methods with these curves."""
     frames = [curves(method, *seeds) for method, seeds in by_method.items()]
     runs = [run for method, seeds in by_method.items() for run in rewards(method, *[1.0] * len(seeds))]
     return results_of(RECIPE, *runs, curves=pd.concat(frames, ignore_index=True))

@@ -1,4 +1,4 @@
-"""Who got the low utilities: every UAV-mission lies in one bin, and its mean is drawn there."""
+"""Who got the low utilities, by load and by delay; and how fair an episode is to its UAVs."""
 
 from typing import Any
 
@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.bins import co_served_bounds
-from lawn_sb3.report.sections.low_utilities import CAUSES, Cause, binned, section
+from lawn_sb3.report.section import Picture
+from lawn_sb3.report.sections.low_utilities import CAUSES, FRONTIER, Cause, binned, fairness, frontier, section
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results, read_results
-from tests.handmade import flown, recipe_of, results_of
-from tests.report.reading import picture_in, points_of, table_in
+from tests.handmade import flown, player, recipe_of, recipe_with, results_of
+from tests.report.reading import interval_in, numbers_of, picture_in, points_of, table_in
 
 
 @pytest.fixture
@@ -148,3 +149,108 @@ def test_panels_of_many_methods_stand_below_each_other_so_that_points_stay_apart
         figure = figure_of(made)
         assert figure.axes[0].get_gridspec().nrows == rows  # type: ignore[union-attr]
         assert len({ax.get_ylabel() for ax in figure.axes}) == 3 - rows  # a panel of its own has an axis of its own
+
+
+# Fairness
+
+
+def test_indices_are_means_over_episodes_by_hand() -> None:
+    # Episode 0: utilities 10, 30: Jain 40^2 / (2 * 1000) = 0.8; Gini 2 * 20 / (2 * 2 * 40) = 0.25; the worst has 10.
+    # Episode 1: 20, 20: Jain 1, Gini 0, worst 20. Episode 2: nobody arrives: Jain 1, Gini 0, worst 0.
+    # Nash welfare: sqrt(10 * 30), 20, and 0.
+    rows = flown("a", 0, 2, utility_mbps=[10.0, 30.0, 20.0, 20.0, 0.0, 0.0])
+    numbers = fairness(results_of(recipe_of(2, ("a",), episodes=3), rows)).numbers.iloc[0]
+    assert numbers["jain"] == pytest.approx((0.8 + 1 + 1) / 3)
+    assert numbers["gini"] == pytest.approx(0.25 / 3)
+    assert numbers["nash_welfare_mbps"] == pytest.approx((300**0.5 + 20) / 3)
+    assert numbers["worst_mbps"] == pytest.approx(10.0)
+    assert numbers["utility_mbps"] == pytest.approx(80 / 6)
+    assert numbers["nobody_percent"] == pytest.approx(100 / 3)
+    assert np.isnan(numbers["jain_low"])  # one seed tells no spread
+
+
+def test_intervals_are_over_seeds() -> None:
+    # Jain of seed 0 is 1, of seed 1 1/2: resampled means are 1/2, 3/4, 1 with probability 1/4, 1/2, 1/4.
+    rows = [flown("a", seed, 2, utility_mbps=values) for seed, values in enumerate(([7.0, 7.0], [7.0, 0.0]))]
+    table = fairness(results_of(recipe_of(2, ("a",), seeds=2), *rows))
+    assert interval_in(numbers_of(table)["a"], "jain") == [0.75, 0.5, 1.0]
+    assert table.shown.loc[0, "Jain index"] == "0.750 [0.500, 1.000]"
+    assert table.shown.loc[0, "n"] == "2 × 1"
+
+
+def test_every_method_of_real_runs_has_a_row(recipe: Recipe, small_cells: list[Cell]) -> None:
+    results = read_results(recipe, small_cells)
+    table = fairness(results)
+    assert table.shown["Method"].tolist() == ["Random", "CTDE-MAPPO"]
+    assert table.numbers["jain"].between(0.25, 1.0).all()  # from 1/N to 1
+    assert table.numbers["utility_mbps"].tolist() == pytest.approx(
+        [results.scores(key, "utility_mbps").mean() for key in results.methods]
+    )
+    assert "its 4 UAVs" in table.caption
+
+
+# Fairness against welfare
+
+METHODS = ("random", "shortest-path", "forecast", "welfare")
+
+
+@pytest.fixture
+def four() -> Results:
+    """One mission of two UAVs: Jain indices 1/2, 0.8, 0.9 and 1; random has far less than the others."""
+    utilities = {"random": [2.0, 0.0], "shortest-path": [10.0, 30.0], "forecast": [30.0, 15.0], "welfare": [25.0, 25.0]}
+    recipe = recipe_with({key: player(key) for key in METHODS}, evaluation={"episodes": 1})
+    return results_of(recipe, *(flown(key, 0, 2, utility_mbps=values) for key, values in utilities.items()))
+
+
+def picture_of(results: Results) -> Picture:
+    return picture_in(section(results), "fairness_tradeoff")
+
+
+def points(results: Results, panel: int) -> dict[str, tuple[float, float]]:
+    """Label and place of the points of a panel."""
+    ax = picture_of(results).figure.axes[panel]
+    labelled = [line for line in ax.lines if not str(line.get_label()).startswith("_") and line.get_label() != FRONTIER]
+    return {str(line.get_label()): (float(line.get_xdata()[0]), float(line.get_ydata()[0])) for line in labelled}  # type: ignore[index, arg-type]
+
+
+def test_points_are_mean_utility_and_fairness_by_hand(four: Results) -> None:
+    # Shortest path: 40^2 / (2 * 1000) = 0.8. Forecast: 45^2 / (2 * 1125) = 0.9.
+    jain, worst = points(four, 0), points(four, 1)
+    assert jain["Shortest-path"] == pytest.approx((20.0, 0.8))
+    assert jain["Forecast"] == pytest.approx((22.5, 0.9))
+    assert jain["Welfare"] == pytest.approx((25.0, 1.0))
+    assert {label: y for label, (_, y) in worst.items()} == {"Shortest-path": 10.0, "Forecast": 15.0, "Welfare": 25.0}
+
+
+def test_the_frontier_picks_mission_by_mission(four: Results) -> None:
+    ends = frontier(four)[[0, -1]]
+    assert ends.tolist() == [[25.0, 25.0], [25.0, 25.0]]  # welfare is best in both
+    fairer = results_of(
+        four.recipe,
+        *(
+            flown(key, 0, 2, utility_mbps=values)
+            for key, values in {"welfare": [10.0, 60.0], "forecast": [20.0, 30.0]}.items()
+        ),
+    )
+    # Means 35 and 25, worst 10 and 20: welfare up to equal weights, 0.5 * 35 + 0.5 * 10 = 0.5 * 25 + 0.5 * 20, then
+    # the forecast.
+    points = frontier(fairer)
+    assert points[0].tolist() == [35.0, 10.0]
+    assert points[-1].tolist() == [25.0, 20.0]
+    assert (points[:20] == points[0]).all()
+    assert (points[21:] == points[-1]).all()
+
+
+def test_a_method_far_below_all_others_is_named_instead_of_drawn(four: Results) -> None:
+    assert list(points(four, 0)) == ["Shortest-path", "Forecast", "Welfare"]
+    assert "not drawn: Random (mean U 1.0 Mbps, Jain index 0.50, worst UAV 0.0 Mbps)." in picture_of(four).caption
+
+
+def test_methods_that_do_not_plan_are_drawn_again_at_their_own_scale_if_there_are_several(four: Results) -> None:
+    assert len(picture_of(four).figure.axes) == 2  # straight flight alone needs no scale
+    closer = results_of(four.recipe, four.episodes, flown("random", 1, 2, utility_mbps=[24.0, 20.0]))
+    closer.episodes = closer.episodes.query("not (method == 'random' and seed == 0)")
+    assert len(picture_of(closer).figure.axes) == 4
+    assert list(points(closer, 2)) == ["Random", "Shortest-path"]
+    assert "Bottom: the same without the planners." in picture_of(closer).caption
+    assert "Bottom" not in picture_of(four).caption

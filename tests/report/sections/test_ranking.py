@@ -10,7 +10,6 @@ RECIPE = recipe_with({"one": learner("One"), "two": learner("Two")})
 
 
 def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
-    """Two seeds of two methods, one mission each."""
     return results_of(
         RECIPE,
         *(flown("one", seed, reward=[reward]) for seed, reward in enumerate(one)),
@@ -19,12 +18,10 @@ def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
 
 
 def ranking(games: dict[str, Results]) -> Table:
-    """The ranking by reward."""
     return table_in(section("reward", games), "ranking_reward")
 
 
 def moved(before: Results, after: Results) -> str:
-    """What the table says of the changed game."""
     return str(ranking({"as-is": before, "changed": after}).shown.iloc[1]["Changed places"])
 
 

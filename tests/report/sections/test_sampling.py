@@ -29,7 +29,6 @@ def results() -> Results:
 
 
 def sampled_table(results: Results) -> Table:
-    """The only part of the section."""
     return table_in(section(results), "sampling")
 
 

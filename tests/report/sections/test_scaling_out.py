@@ -10,7 +10,6 @@ from tests.report.reading import picture_in, points_of, rows_by, table_in
 
 
 def rows_of(method: str, seed: int, utility_mbps: list[float], num_uavs: tuple[int, ...] = (1, 4)) -> pd.DataFrame:
-    """Flights of one run with these utilities."""
     rows = pd.DataFrame({"method": method, "seed": seed, "num_uavs": num_uavs, "episodes": 7})
     dull = {"reward": 0.0, "rate_mbps": 1.0, "makespan_slots": 4.0, "completion_slots": 3.0, "success_percent": 50.0}
     rows = rows.assign(**dull, utility_mbps=utility_mbps, collisions=[0.0, 0.5])
@@ -30,7 +29,6 @@ ROWS = pd.concat(
 
 
 def results_with(rows: pd.DataFrame) -> Results:
-    """Results that hold these flights."""
     return Results(HANDMADE, scaling=rows)
 
 

@@ -1,6 +1,7 @@
-"""Table II: means and intervals over seeds, the paper's values beside them, and how many seeds and episodes."""
+"""Table II: means and intervals over seeds beside the paper's values, and the methods held against one of them."""
 
 import numpy as np
+import pytest
 
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.sections.table_two import section
@@ -60,3 +61,36 @@ def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> Non
     without = table_in(section(results_of(recipe, *rows)), "table2")
     assert "Share (%)" not in without.shown
     assert "Share" not in without.caption
+
+
+# Mission by mission
+
+PAIR = recipe_with({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
+
+
+def test_the_papers_critic_is_what_others_are_held_against() -> None:
+    both = table_in(section(results_of(PAIR, flown("mine", 0), flown("paper", 0))), "comparison")
+    assert "difference to Paper's on" in both.caption
+    alone = table_in(section(results_of(PAIR, flown("mine", 0))), "comparison")
+    assert "difference to Mine on" in alone.caption
+    none = recipe_with({"iql": learner("IQL", algo="iql")})
+    assert "comparison" not in section(results_of(none, flown("iql", 0))).shown
+
+
+def test_differences_and_probabilities_by_hand() -> None:
+    # Missions (a, b, c, d): mine earns 1, 2, 3, 4 in both seeds, the paper's 0, 2, 4, 0 in both. On a and d mine is
+    # better, on b equal, on c worse: P = (1 + 1/2 + 0 + 1) / 4 = 0.625; the difference is (1 + 0 - 1 + 4) / 4 = 1.
+    # The middle half of mine's 1, 1, 2, 2, 3, 3, 4, 4 is 2, 2, 3, 3 with mean 2.5.
+    made = results_of(
+        PAIR,
+        *(flown("mine", seed, reward=[1.0, 2.0, 3.0, 4.0]) for seed in (0, 1)),
+        *(flown("paper", seed, reward=[0.0, 2.0, 4.0, 0.0]) for seed in (0, 1)),
+    )
+    table = table_in(section(made), "comparison")
+    row = numbers_of(table)["mine"]
+    assert row["reward_improvement"] == pytest.approx(0.625)
+    assert row["reward_difference"] == pytest.approx(1.0)
+    assert row["reward_iqm"] == pytest.approx(2.5)
+    shown = shown_of(table)
+    assert shown["Mine"]["Δ J̄"] == "1.000 [1.000, 1.000]"
+    assert shown["Paper's"]["Δ J̄"] == "–"

@@ -1,4 +1,4 @@
-"""Fig. 2: what it draws of players that do not learn, and whose curves have nothing to show."""
+"""Training: what Fig. 2 draws of players that do not learn, and milestones of the curves worked out by hand."""
 
 import pandas as pd
 from matplotlib.axes import Axes
@@ -6,12 +6,10 @@ from matplotlib.axes import Axes
 from lawn_sb3.report.sections.training import section
 from lawn_sb3.report.style import KNOWN
 from lawn_sb3.results.results import Results
-from tests.handmade import flown, player, recipe_with, results_of
-from tests.report.reading import picture_in
+from tests.handmade import flown, learner, player, recipe_with, results_of
+from tests.report.reading import picture_in, table_in
 
 PLAYERS = ("random", "shortest-path", "best-route", "equilibrium", "welfare", "bound")
-
-
 CURVE = {"method": ["learner"], "seed": [0], "time/env_steps": [1], "greedy/success_percent": [50.0]}
 
 
@@ -36,7 +34,44 @@ def test_of_the_planners_fig_2_draws_one_so_that_no_lines_lie_on_top_of_each_oth
     assert labels == ["Random", "Shortest-path", "Welfare"]  # none of them has a row in the paper
 
 
-def test_without_curves_there_is_no_fig_2() -> None:
+def test_without_curves_there_are_neither_fig_2_nor_milestones() -> None:
     without = results_with(*PLAYERS)
     without.curves = pd.DataFrame()
     assert section(without) is None
+
+
+# Milestones
+
+LEARNER = recipe_with({"mappo": learner("CTDE-MAPPO", paper_row="CTDE-MAPPO")})
+ONE = {"method": "mappo", "seed": [0, 0, 1, 1], "time/env_steps": [1000, 2000, 1000, 2000]}
+
+
+def made(**columns: list[float]) -> Results:
+    """Two seeds with two points each."""
+    curves = pd.DataFrame({**ONE, **{name.replace("__", "/"): values for name, values in columns.items()}})
+    return results_of(LEARNER, flown("mappo", 0), curves=curves)
+
+
+def test_first_crossing_is_that_of_the_slowest_seed() -> None:
+    both = made(missions__success_percent=[95.0, 90.0, 80.0, 96.0], greedy__success_percent=[10.0, 20.0, 97.0, 98.0])
+    row = table_in(section(both), "first_crossing").shown.iloc[0]
+    assert row["training missions"] == "2,000"  # seed 0 at 1,000, seed 1 at 2,000
+    assert row["greedy evaluation"] == "1 of 2 seeds"
+    assert row["n"] == "2"
+
+
+def test_a_first_point_that_is_high_already_bounds_the_crossing() -> None:
+    high = made(missions__success_percent=[95.0, 96.0, 99.0, 96.0])
+    row = table_in(section(high), "first_crossing").shown.iloc[0]
+    assert row["training missions"] == "at most 1,000"
+    assert row["greedy evaluation"] == "not measured"
+
+
+def test_nearest_to_the_paper_is_the_evaluation_with_the_nearest_mean_success() -> None:
+    # Means over the two seeds: 50 % at 1,000 env steps, 99 % at 2,000; the paper's CTDE-MAPPO has 100 %.
+    others = {f"greedy__{name}": [1.0, 2.0, 3.0, 4.0] for name in ("reward", "rate_mbps", "makespan_slots")}
+    results = made(greedy__success_percent=[20.0, 99.0, 80.0, 99.0], **others)
+    row = table_in(section(results), "nearest_to_paper").shown.iloc[0]
+    assert row["env steps"] == "2,000"
+    assert row["Success (%)"] == "99.0 (100.0)"
+    assert row["J̄"] == "3.00 (3.19)"

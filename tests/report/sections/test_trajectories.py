@@ -38,12 +38,10 @@ def small(recipe: Recipe, small_cells: list[Cell]) -> Results:
 
 
 def from_above(results: Results) -> Picture:
-    """The view from above."""
     return picture_in(section(results), "trajectories")
 
 
 def still(method: str, seed: int, episode: int, slots: int) -> pd.DataFrame:
-    """A path of one UAV that hovers."""
     columns = {"method": method, "seed": seed, "episode": episode, "uav": 0, "slot": range(slots + 1)}
     return pd.DataFrame({**columns, "x": 2, "y": 3, "z": 1, "cell": 0, "cell_load": 1, "rate_mbps": 1.0})
 

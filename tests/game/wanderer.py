@@ -15,11 +15,9 @@ class Wanderer:
         self._slots = slots
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Keep the source of randomness."""
         self._rng = rng
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Wander, or compare all moves."""
         state = simulator.state
         ends = state.position[:, :, None] + simulator.rules.actions
         straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)
