@@ -25,9 +25,6 @@ class Fleet(BaseModel):
     speed: float | tuple[float, ...] = 1.0
 
 
-# Unknown names
-
-
 def test_unknown_name_suggests_the_nearest_and_lists_all_in_order() -> None:
     refusal = unknown_name("algorithm", "mapo", ["qmix", "mappo", "iql"])
     assert isinstance(refusal, ValueError)
@@ -36,9 +33,6 @@ def test_unknown_name_suggests_the_nearest_and_lists_all_in_order() -> None:
 
 def test_unknown_name_suggests_nothing_far_fetched() -> None:
     assert "did you mean" not in str(unknown_name("algorithm", "zzz", ["qmix", "mappo", "iql"]))
-
-
-# Values against a model
 
 
 @pytest.mark.parametrize(
@@ -65,9 +59,6 @@ def test_the_first_mistake_is_told_with_its_place_value_and_what_is_allowed(
     assert str(refusal.value) == f"fleet.yaml: {complaint}"
 
 
-# Overrides
-
-
 def test_overrides_are_yaml_and_the_last_one_counts() -> None:
     given = ["num_uavs=2", " num_uavs = 3", "rbs_per_gbs=[1, 2]", "arrival=fly-through", "bandwidth=360e+3"]
     assert parse_overrides(given) == {
@@ -87,9 +78,6 @@ def test_override_that_is_not_yaml_is_refused(value: str) -> None:
     with pytest.raises(UserError) as refusal:
         parse_overrides([f"key={value}"], "--hyperparams")
     assert str(refusal.value) == f"--hyperparams 'key={value}': the value is not valid YAML"
-
-
-# Files
 
 
 @pytest.mark.parametrize(

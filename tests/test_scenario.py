@@ -15,8 +15,6 @@ from tests.game.random_play import scenarios
 
 PAPER = PRESETS["paper"]
 
-# The presets
-
 
 def test_paper_has_the_constants_of_table_i() -> None:
     assert PAPER.name == "paper"
@@ -62,9 +60,6 @@ def test_snr_at_one_metre_is_transmit_power_times_gain_over_noise() -> None:
     assert 10 * math.log10(PAPER.snr_at_1m) == pytest.approx(111.447, abs=5e-4)
 
 
-# Geometry
-
-
 @pytest.mark.parametrize(("preset", "low", "high"), [("paper", 25.0, 75.0), ("as-printed", 250.0, 750.0)])
 def test_gbss_stand_on_the_quarter_points_of_the_area(preset: str, low: float, high: float) -> None:
     sites = PRESETS[preset].gbs_positions
@@ -102,9 +97,6 @@ def test_scenario_cannot_be_changed_in_place() -> None:
         PAPER.num_uavs = 5  # type: ignore[misc]
 
 
-# Documentation of the constants
-
-
 def test_every_constant_says_its_symbol_unit_source_and_meaning() -> None:
     for name, field in Scenario.model_fields.items():
         if name != "name":
@@ -115,9 +107,6 @@ def test_every_constant_says_its_symbol_unit_source_and_meaning() -> None:
             assert field.description, name
 
 
-# Files and overrides
-
-
 @given(scenario=scenarios())
 @settings(max_examples=50)
 def test_any_scenario_survives_yaml(tmp_path_factory: pytest.TempPathFactory, scenario: Scenario) -> None:
@@ -126,20 +115,12 @@ def test_any_scenario_survives_yaml(tmp_path_factory: pytest.TempPathFactory, sc
     assert load_scenario(str(path)) == scenario
 
 
-def test_file_needs_only_what_differs_and_is_named_after_itself(tmp_path: Path) -> None:
+def test_file_needs_only_what_differs_and_is_named_after_itself_and_overrides_go_over_it(tmp_path: Path) -> None:
     path = tmp_path / "crowded.yml"
     path.write_text("num_uavs: 8\nrb_bandwidth_hz: 360e3\n", encoding="utf-8")
-    assert load_scenario(str(path)) == PAPER.changed(name="crowded", num_uavs=8, rb_bandwidth_hz=360e3)
-
-
-def test_overrides_go_over_a_file(tmp_path: Path) -> None:
-    path = tmp_path / "crowded.yaml"
-    path.write_text("num_uavs: 8\nmax_slots: 50\n", encoding="utf-8")
-    scenario = load_scenario(str(path), ["num_uavs=6"])
-    assert (scenario.num_uavs, scenario.max_slots) == (6, 50)
-
-
-# Refusals
+    crowded = PAPER.changed(name="crowded", num_uavs=8, rb_bandwidth_hz=360e3)
+    assert load_scenario(str(path)) == crowded
+    assert load_scenario(str(path), ["num_uavs=6"]) == crowded.changed(num_uavs=6)
 
 
 def refusal(name: str, *overrides: str) -> str:

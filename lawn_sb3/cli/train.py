@@ -12,13 +12,12 @@ from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, mes
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, load_recipe, parse_method
 from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, REPOSITORY
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
 from lawn_sb3.experiment.train import run_cell, try_method
-from lawn_sb3.experiment.validation import honest_label
 from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()

@@ -5,8 +5,6 @@ episode only when it ends for everybody. The environment underneath therefore re
 and the adapter translates that into SB3's conventions.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from typing import Any
 

@@ -4,8 +4,6 @@ Both travel in one flat vector [o_i | x]; the layout knows where everything lies
 stands between them, so that an actor that may not see x is handed only the columns before it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from dataclasses import dataclass
 from typing import ClassVar, Literal, get_args
@@ -143,17 +141,10 @@ class ObservationLayout:
         """Columns of the GBSs in x."""
         return slice(OWN * self.num_uavs, self.state_dim)
 
-    def local_space(self) -> spaces.Box:
-        """Gymnasium space of o_i."""
-        return spaces.Box(-np.inf, np.inf, (self.local_dim,), np.float32)
 
-    def state_space(self) -> spaces.Box:
-        """Gymnasium space of x."""
-        return spaces.Box(-np.inf, np.inf, (self.state_dim,), np.float32)
-
-    def flat_space(self) -> spaces.Box:
-        """Gymnasium space of the flat observation."""
-        return spaces.Box(-np.inf, np.inf, (self.flat_dim,), np.float32)
+def space_of(length: int) -> spaces.Box:
+    """Gymnasium space of an observation of so many numbers."""
+    return spaces.Box(-np.inf, np.inf, (length,), np.float32)
 
 
 class Observer:

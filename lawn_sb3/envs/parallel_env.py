@@ -1,7 +1,5 @@
 """The game as a strict PettingZoo environment: one game, UAVs leave when they are done, infos hold raw quantities."""
 
-from __future__ import annotations
-
 import operator
 import warnings
 from typing import Any, ClassVar, Literal
@@ -11,14 +9,14 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from lawn_sb3.envs.observation import Observer
+from lawn_sb3.envs.observation import Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture, draw_text
 from lawn_sb3.envs.training_env import Timeout, check_timeout
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.game.state import REWARD_TERMS
+from lawn_sb3.game.state import REWARD_TERMS, Outcome
 from lawn_sb3.scenario import PRESETS, Scenario
 
 Observations = dict[str, NDArray[np.float32]]
@@ -62,8 +60,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         """Displacement in voxels of each action [A, 3]."""
         self.possible_agents = [f"uav_{i}" for i in range(scenario.num_uavs)]
         self.agents: list[str] = []
-        self.state_space = self.layout.state_space()
-        self.observation_spaces = {agent: self.layout.local_space() for agent in self.possible_agents}
+        self.state_space = space_of(self.layout.state_dim)
+        self.observation_spaces = {agent: space_of(self.layout.local_dim) for agent in self.possible_agents}
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
 
     def observation_space(self, agent: str) -> spaces.Box:
@@ -124,7 +122,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             rewards,
             {agent: terminations[agent] for agent in flew},
             {agent: truncations[agent] for agent in flew},
-            {agent: self._info(index[agent]) for agent in flew},
+            {agent: self._info(index[agent], outcome) for agent in flew},
         )
 
     def state(self) -> NDArray[np.float32]:
@@ -152,33 +150,24 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     def _first_info(self, uav: int) -> dict[str, Any]:
         """Info before the first slot: association is known, nothing has been rated yet."""
-        info = self._info(uav)
+        nothing: Any = map(np.zeros_like, self.simulator.outcome)
+        info = self._info(uav, Outcome(*nothing))
         cell = int(self.simulator.rules.cell[tuple(info["position"])])
         load = int(self.simulator.state.cell_load[0, cell])
         share = rb_share(int(self.simulator.rules.num_rbs[cell]), load)
-        nothing = {"rate_mbps": 0.0, "corrected_rate_mbps": 0.0, "utility_mbps": 0.0}
-        flags = {"collided": False, "arrived": False, "timed_out": False}
-        terms = dict.fromkeys(REWARD_TERMS, 0.0)
-        return {**info, "cell": cell, "cell_load": load, "num_rbs": share, **nothing, **flags, "reward_terms": terms}
+        return {**info, "cell": cell, "cell_load": load, "num_rbs": share}
 
-    def _info(self, uav: int) -> dict[str, Any]:
-        state, outcome = self.simulator.state, self.simulator.outcome
+    def _info(self, uav: int, outcome: Outcome) -> dict[str, Any]:
+        state, outcomes = self.simulator.state, outcome._asdict()
+        terms = outcomes.pop("reward_terms")[0, uav].tolist()
         return {
             "position": state.position[0, uav].copy(),
             "destination": state.destination[0, uav].copy(),
-            "cell": int(outcome.cell[0, uav]),
-            "cell_load": int(outcome.cell_load[0, uav]),
-            "num_rbs": int(outcome.num_rbs[0, uav]),
-            "rate_mbps": float(outcome.rate_mbps[0, uav]),
-            "ema_rate_mbps": float(state.ema_rate_mbps[0, uav]),
-            "corrected_rate_mbps": float(outcome.corrected_rate_mbps[0, uav]),
             "slot": int(state.slot[0, uav]),
             "min_slots": int(state.min_slots[0, uav]),
-            "collided": bool(outcome.collided[0, uav]),
-            "arrived": bool(outcome.arrived[0, uav]),
-            "timed_out": bool(outcome.timed_out[0, uav]),
-            "utility_mbps": float(outcome.utility_mbps[0, uav]),
-            "reward_terms": dict(zip(REWARD_TERMS, outcome.reward_terms[0, uav].tolist(), strict=True)),
+            "ema_rate_mbps": float(state.ema_rate_mbps[0, uav]),
+            **{name: values[0, uav].item() for name, values in outcomes.items()},
+            "reward_terms": dict(zip(REWARD_TERMS, terms, strict=True)),
         }
 
 

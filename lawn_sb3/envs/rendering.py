@@ -1,7 +1,5 @@
 """One game seen from above, as text and as a picture."""
 
-from __future__ import annotations
-
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure

@@ -1,7 +1,5 @@
 """The symmetries of a square airspace: turns and mirrors that leave the radio map and the RBs as they are."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Many games in one environment, for training: nobody ever leaves, and a whole vector step is one compiled call."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, ClassVar, Literal, get_args
 
@@ -10,11 +8,11 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from lawn_sb3.envs.observation import Extra, Observer
+from lawn_sb3.envs.observation import Extra, Observer, space_of
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
-from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
+from lawn_sb3.game.state import REWARD_TERMS, Outcome, RewardTerm
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
@@ -39,18 +37,9 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     ``is_success``, ``utility_mbps``, ``terminal_observation`` and, with ``timeout="truncated"``,
     ``TimeLimit.truncated``.
 
-    :param scenario: the constants of the game
-    :param num_games: number of games G
-    :param continuation: how UAVs that are done go on
-    :param timeout: whether missing the deadline is a terminal state, as Eq. (18), eq:terminal, has it, or a truncation
-    :param seed: seed of the missions
-    :param without_reward: terms of the reward (``rate``, ``nav``, ``col``, ``term``) that the learner is not given;
-        ``episode`` counts them all the same
-    :param extras: what the observations hold between o_i and x
-    :param slack: allow only moves that keep arrival within T_i^min + ``slack`` slots possible; by default, all moves
-        inside the airspace
-    :param credit: whose reward a learner is given; ``team`` also gives it to those that wait for their game to restart
-    :param fewest_uavs: each new game has ``fewest_uavs`` to N UAVs (``episode`` only); by default all N
+    The arguments are those of :func:`lawn_sb3.envs.make_vec_env`. A timeout is a terminal state as in Eq. (18),
+    eq:terminal, or a truncation; ``episode`` in an info counts also those terms that are left out of the reward, and a
+    ``team``'s reward is also given to those that wait for their game to restart.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
@@ -82,7 +71,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         self.layout = self.observer.layout
         self.possible_agents = [f"game_{g}_uav_{i}" for g in range(num_games) for i in range(scenario.num_uavs)]
         self.agents = list(self.possible_agents)
-        self._observation_space = self.layout.flat_space()
+        self._observation_space = space_of(self.layout.flat_dim)
         self._action_space = spaces.Discrete(self.simulator.num_actions)
         self._never = dict.fromkeys(self.possible_agents, False)
         self._reward_sum = np.zeros((num_games, scenario.num_uavs))
@@ -127,7 +116,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         self._reward_sum += outcome.reward_terms.sum(axis=-1)
         rewards = self._credited(outcome.reward_terms[..., self._given].sum(axis=-1))
         infos: dict[str, dict[str, Any]] = {agent: {} for agent in self.agents}
-        self._report_ends(outcome.arrived, outcome.timed_out, outcome.utility_mbps, infos)
+        self._report_ends(outcome, infos)
         self.simulator.go_on()
         reward_of = dict(zip(self.agents, rewards.ravel().tolist(), strict=True))
         return self._observe(), reward_of, dict(self._never), dict(self._never), infos
@@ -149,25 +138,19 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         """Who is in the air [G * N]."""
         return self.simulator.state.flying.flatten()
 
-    def _report_ends(
-        self,
-        arrived: NDArray[np.bool_],
-        timed_out: NDArray[np.bool_],
-        utility_mbps: NDArray[np.float64],
-        infos: dict[str, dict[str, Any]],
-    ) -> None:
+    def _report_ends(self, outcome: Outcome, infos: dict[str, dict[str, Any]]) -> None:
         """Fill the infos of the missions that have just ended."""
-        ends = np.argwhere(arrived | timed_out)
+        ends = np.argwhere(outcome.arrived | outcome.timed_out)
         if not len(ends):
             return
         last = self.observer.flat(self.simulator.state)
         for g, i in ends:
             info = infos[self.agents[g * self.scenario.num_uavs + i]]
             info["episode"] = {"r": float(self._reward_sum[g, i]), "l": int(self.simulator.state.slot[g, i])}
-            info["is_success"] = bool(arrived[g, i])
-            info["utility_mbps"] = float(utility_mbps[g, i])
+            info["is_success"] = bool(outcome.arrived[g, i])
+            info["utility_mbps"] = float(outcome.utility_mbps[g, i])
             info["terminal_observation"] = last[g, i].copy()
-            if self.timeout == "truncated" and timed_out[g, i]:
+            if self.timeout == "truncated" and outcome.timed_out[g, i]:
                 info["TimeLimit.truncated"] = True
             self._reward_sum[g, i] = 0.0
 

@@ -1,12 +1,9 @@
 """Adding a policy of one's own to a recipe of ablations."""
 
-from __future__ import annotations
-
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.recipe import Method, Recipe
+from lawn_sb3.experiment.recipe import Method, Recipe, honest_label
 from lawn_sb3.experiment.registry import algorithm_for
-from lawn_sb3.experiment.validation import honest_label
 
 
 def with_policy(recipe: Recipe, policy: str) -> tuple[Recipe, str]:

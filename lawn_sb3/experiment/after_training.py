@@ -1,7 +1,5 @@
 """What is worked out of finished runs, once, and kept beside their evaluations: regrets, and other numbers of UAVs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import pandas as pd
@@ -55,11 +53,7 @@ def add_scaling(cells: Sequence[Cell], scaling: Scaling, console: Console) -> No
 
 
 def has_regrets(cell: Cell) -> bool:
-    """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to.
-
-    :param cell: the cell
-    :return: false for the bound
-    """
+    """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to."""
     return cell.method.player is None or not flies_alone(load_player(cell))
 
 

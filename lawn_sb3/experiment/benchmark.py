@@ -1,7 +1,5 @@
 """How fast the kit is on this machine: simulator, environment, planning, training; one core, one torch thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -32,35 +30,29 @@ def benchmark(method: Method, report: Callable[[str], None]) -> dict[str, float]
     th.set_num_threads(1)
     scenario = PRESETS["paper"]
     report("simulator, 1,024 games of 4 UAVs")
-    figures = {"simulator_agent_steps_per_s": simulator_speed(scenario, 1024)}
+    figures = {"simulator_agent_steps_per_s": _simulator_speed(scenario, 1024)}
     report("vector environment, 64 games in one compiled call against 64 environments of one game")
     many, single = make_vec_env(scenario, 64, seed=0), make_vec_env(scenario, 1, copies=64, seed=0)
-    together, apart = paired_step_seconds(many, single)
+    together, apart = _paired_step_seconds(many, single)
     figures["vec_step_one_64_game_env_ms"] = together * 1e3
     figures["vec_step_64_one_game_envs_ms"] = apart * 1e3
     figures["vec_step_ratio"] = apart / together
     report("exact best responses")
     for name, game in PRESETS.items():
-        mean, longest = response_seconds(game, 25)
+        mean, longest = _response_seconds(game, 25)
         figures[f"best_response_{name}_ms"] = mean * 1e3
         figures[f"best_response_{name}_longest_ms"] = longest * 1e3
     report("welfare ascent, 200 episodes")
-    figures["welfare_ascent_200_episodes_s"] = ascent_seconds(scenario, 200)
+    figures["welfare_ascent_200_episodes_s"] = _ascent_seconds(scenario, 200)
     report(f"training, a tenth of {method.env_steps:,} env steps")
-    seconds = training_seconds(scenario, method, method.env_steps // 10)
+    seconds = _training_seconds(scenario, method, method.env_steps // 10)
     figures["training_env_steps_per_s"] = method.env_steps / 10 / seconds
     figures["training_seconds_for_whole_budget"] = 10 * seconds
     return figures
 
 
-def simulator_speed(scenario: Scenario, num_games: int, seconds: float = 2.0) -> float:
-    """How fast the bare simulator is under random play.
-
-    :param scenario: the game
-    :param num_games: games advanced together
-    :param seconds: how long to measure
-    :return: agent steps per second
-    """
+def _simulator_speed(scenario: Scenario, num_games: int, seconds: float = 2.0) -> float:
+    """Agent steps per second of the bare simulator under random play, measured for some seconds."""
     simulator = Simulator(scenario, num_games, seed=0)
     actions = np.random.default_rng(0).integers(0, simulator.num_actions, (64, num_games, scenario.num_uavs))
     simulator.step(actions[0])
@@ -73,15 +65,8 @@ def simulator_speed(scenario: Scenario, num_games: int, seconds: float = 2.0) ->
     return steps * num_games * scenario.num_uavs / (time.perf_counter() - start)
 
 
-def paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: int = 5) -> tuple[float, float]:
-    """Median duration of a vector step of two environments, measured in turn.
-
-    :param first: one environment
-    :param second: another of as many slots
-    :param rounds: how often they take turns
-    :param steps: steps in each turn
-    :return: seconds that a step of each takes
-    """
+def _paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: int = 5) -> tuple[float, float]:
+    """Median seconds that a vector step takes of two environments of as many slots, measured in turn."""
     rng = np.random.default_rng(0)
     num_actions = int(first.action_space.n)  # type: ignore[attr-defined]
     durations: list[list[float]] = [[], []]
@@ -97,13 +82,8 @@ def paired_step_seconds(first: VecEnv, second: VecEnv, rounds: int = 30, steps: 
     return float(np.median(durations[0])), float(np.median(durations[1]))
 
 
-def response_seconds(scenario: Scenario, num_games: int) -> tuple[float, float]:
-    """Durations of one exact best response for the welfare, the others on their best routes as if alone.
-
-    :param scenario: the game
-    :param num_games: games whose UAVs respond
-    :return: mean and longest, in seconds
-    """
+def _response_seconds(scenario: Scenario, num_games: int) -> tuple[float, float]:
+    """Mean and longest duration of one exact best response for the welfare, the others on their routes as if alone."""
     simulator = Simulator(scenario, num_games, seed=0)
     rules, state = simulator.rules, simulator.state
     durations: list[float] = []
@@ -118,13 +98,8 @@ def response_seconds(scenario: Scenario, num_games: int) -> tuple[float, float]:
     return float(np.mean(durations)), max(durations)
 
 
-def ascent_seconds(scenario: Scenario, episodes: int) -> float:
-    """Duration of the welfare ascent of some episodes, all starts of each.
-
-    :param scenario: the game
-    :param episodes: number of joint episodes
-    :return: seconds
-    """
+def _ascent_seconds(scenario: Scenario, episodes: int) -> float:
+    """Duration of the welfare ascent of some episodes, all starts of each."""
     player = WelfarePlayer()
     player.start(Simulator(scenario, 1, seed=0), np.random.default_rng(0))  # compiles
     simulator = Simulator(scenario, episodes, seed=0)
@@ -133,14 +108,8 @@ def ascent_seconds(scenario: Scenario, episodes: int) -> float:
     return time.perf_counter() - start
 
 
-def training_seconds(scenario: Scenario, method: Method, env_steps: int) -> float:
-    """Duration of a short training, without evaluation and logging.
-
-    :param scenario: the game
-    :param method: what to train
-    :param env_steps: budget
-    :return: seconds
-    """
+def _training_seconds(scenario: Scenario, method: Method, env_steps: int) -> float:
+    """Duration of a short training, without evaluation and logging."""
     model = build_model(Cell("bench", method, 0, scenario, Evaluation(), Path()))
     start = time.perf_counter()
     model.learn(env_steps * scenario.num_uavs)

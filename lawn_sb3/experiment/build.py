@@ -1,7 +1,5 @@
 """The training environment and the untrained model of a cell, or one line that says why there can be none."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy

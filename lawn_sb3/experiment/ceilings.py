@@ -1,7 +1,5 @@
 """The ceilings of a tiny game, and what players make of all of its missions."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import NamedTuple
 

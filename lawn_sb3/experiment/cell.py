@@ -1,14 +1,12 @@
 """One cell: a method with one seed on one game, what its result depends on, and where its run goes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lawn_sb3.experiment.find_policy import policy_digest
+from lawn_sb3.experiment.policy_digest import policy_digest
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
 from lawn_sb3.scenario import Scenario
 

@@ -1,7 +1,5 @@
 """Checkpoints: everything that an interrupted training needs to go on as if nothing had happened."""
 
-from __future__ import annotations
-
 import io
 import pickle
 import random

@@ -1,7 +1,5 @@
 """Evaluation: one player flies some joint episodes on missions fixed by a seed; one raw row per episode and UAV."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
@@ -31,22 +29,12 @@ class Flights(NamedTuple):
 
 
 def evaluate(player: Player, scenario: Scenario, episodes: int, seed: int, player_seed: int = 0) -> pd.DataFrame:
-    """Let a player play some episodes, all advanced together.
-
-    :param player: the player
-    :param scenario: the game
-    :param episodes: number of joint episodes E
-    :param seed: picks the missions: the same seed gives every player the same ones
-    :param player_seed: seed of the player's own randomness
-    :return: E * N rows, one per episode and UAV, with the columns
-        :func:`lawn_sb3.experiment.run_directory.files.evaluation_columns`
-    :raises UserError: if ``episodes`` is below 1
-    """
+    """Let a player play some episodes: the rows that :func:`fly` gives, and its arguments."""
     return fly(player, scenario, episodes, seed, player_seed).rows
 
 
 def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_seed: int = 0, traced: int = 0) -> Flights:
-    """Let a player play some episodes, and keep how the cells filled and where the UAVs of the first ones went.
+    """Let a player play some episodes side by side; keep how the cells filled and where the first ones' UAVs went.
 
     :param player: the player
     :param scenario: the game
@@ -54,7 +42,7 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
     :param seed: picks the missions: the same seed gives every player the same ones
     :param player_seed: seed of the player's own randomness
     :param traced: the number of episodes whose paths are kept
-    :return: raw rows as :func:`evaluate` gives them, slots and paths
+    :return: E * N raw rows, slots and paths
     :raises UserError: if ``episodes`` is below 1, or a player that plans cannot be in time
     """
     if episodes < 1:
@@ -94,11 +82,7 @@ def fly(player: Player, scenario: Scenario, episodes: int, seed: int, player_see
 
 
 def flies_alone(player: Player) -> bool:
-    """Whether a player gives every UAV a game of its own: what it earns bounds what others can, nobody can fly it.
-
-    :param player: the player
-    :return: true for a player with ``flies_alone = True``
-    """
+    """Whether a player gives every UAV a game of its own: what it earns bounds what others can, nobody can fly it."""
     return bool(getattr(player, "flies_alone", False))
 
 
@@ -121,13 +105,7 @@ def evaluation_games(scenario: Scenario, episodes: int, seed: int, alone: bool =
 
 
 def evaluation_missions(scenario: Scenario, episodes: int, seed: int) -> Missions:
-    """The missions of an evaluation, the same for every player.
-
-    :param scenario: the game
-    :param episodes: number of joint episodes E
-    :param seed: picks the missions
-    :return: origins and destinations in voxels [E, N, 3]
-    """
+    """The missions of an evaluation's E episodes, the same for every player, in voxels [E, N, 3]."""
     return draw_missions(scenario, episodes, np.random.default_rng(seed))
 
 

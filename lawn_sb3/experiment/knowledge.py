@@ -1,7 +1,5 @@
 """What a method's UAVs know when they act, and what has to be communicated for it."""
 
-from __future__ import annotations
-
 from collections.abc import Collection, Mapping
 from typing import Literal, get_args
 
@@ -43,11 +41,7 @@ SEES: dict[Rung, tuple[Sight, ...]] = {
 
 
 def rung_of(method: Method) -> Rung | None:
-    """Where on the ladder a method stands.
-
-    :param method: the method
-    :return: its rung; none if its UAVs have nobody to know of
-    """
+    """The rung on which a method stands; none if its UAVs have nobody to know of."""
     if method.player is not None:
         return PLAYERS[method.player]
     assert method.policy is not None
@@ -62,20 +56,11 @@ def rung_of(method: Method) -> Rung | None:
 
 
 def has_ladder(methods: Mapping[str, Method]) -> bool:
-    """Whether learners stand on enough rungs to compare them.
-
-    :param methods: methods of a recipe by key
-    :return: true if they do
-    """
+    """Whether the learners among a recipe's methods stand on enough rungs to compare them."""
     return len({rung_of(method) for method in methods.values() if method.algo is not None}) >= FEWEST_RUNGS
 
 
 def bits_of(method: Method, scenario: Scenario) -> int | None:
-    """Bits that every UAV has to broadcast in every slot for what a method's UAVs know.
-
-    :param method: the method
-    :param scenario: the game
-    :return: bits without any coding; none if there is nobody to hear them
-    """
+    """Uncoded bits that every UAV broadcasts in a slot for what a method's UAVs know; none if nobody hears them."""
     rung = rung_of(method)
     return None if rung is None else broadcast_bits(SEES[rung], scenario)

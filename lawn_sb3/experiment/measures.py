@@ -1,7 +1,5 @@
 """What an evaluation's rows come to: mean figures, and what each UAV could have gained by deviating alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

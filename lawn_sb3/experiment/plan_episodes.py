@@ -1,7 +1,5 @@
 """What a planner makes of some games: its evaluation, its share of the bound, its regret and its fairness."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple

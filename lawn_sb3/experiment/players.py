@@ -1,7 +1,5 @@
 """Trained models as players, of this process or of a finished run."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What goes wrong inside a policy, told in one line with its name, its file and the line there."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import traceback

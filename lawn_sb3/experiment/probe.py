@@ -1,7 +1,5 @@
 """The probe of every policy, before training and after it: a few real observations, and how they may be answered."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext

@@ -1,7 +1,5 @@
 """Where a run comes from: commit, versions, hardware, command and wall time."""
 
-from __future__ import annotations
-
 import datetime
 import os
 import platform

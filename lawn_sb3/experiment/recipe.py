@@ -1,20 +1,23 @@
 """Recipes: which methods are trained on which scenario with which seeds, and how they are evaluated."""
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from lawn_sb3.config import read_yaml_mapping, validated
+from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.envs.training_env import Credit
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, trait
-from lawn_sb3.experiment.validation import check_method, check_policy_fits, check_recipe
-from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.experiment.find_policy import find_policy
+from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, find_algorithm, trait
+from lawn_sb3.experiment.settings import constructor_arguments
+from lawn_sb3.game.simulator import Continuation, check_fewest
 from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario, load_scenario
+
+SHARED = "shared network"
 
 
 class Evaluation(BaseModel):
@@ -73,7 +76,33 @@ class Method(BaseModel):
 
     @model_validator(mode="after")
     def _check(self) -> Self:
-        check_method(self)
+        """Refuse a method that no algorithm or player can carry out; its policy is not looked at."""
+        what = f"method {self.label!r}"
+        if (self.player is None) == (self.algo is None):
+            raise ValueError(f"{what} needs either a player or an algo")
+        if self.player is not None:
+            if self.player not in PLAYERS:
+                raise unknown_name("player", self.player, PLAYERS)
+            more = sorted(self.model_dump(exclude={"label", "paper_row", "player"}, exclude_defaults=True))
+            if more:
+                raise ValueError(f"{what} is a player without training: no {', '.join(more)}")
+            return self
+        assert self.algo is not None
+        if self.algo not in ALGORITHMS:
+            raise unknown_name("algorithm", self.algo, ALGORITHMS)
+        if self.env_steps < 1:
+            raise ValueError(f"{what} trains and needs env_steps of at least 1")
+        needed = trait(self.algo, "continuation")
+        if self.continuation != needed:
+            raise ValueError(f"{what}: {self.algo} trains with continuation {needed}")
+        if self.credit == "team" and self.algo != "mappo-episodes":
+            raise ValueError(f"{what}: credit team needs mappo-episodes, where games are whole")
+        if self.fewest_uavs is not None:
+            if not trait(self.algo, "takes_crowds", False):
+                raise ValueError(f"{what}: fewest_uavs needs mappo-episodes or imitate, where games are whole")
+            if self.credit == "team":
+                raise ValueError(f"{what}: credit team needs the same number of UAVs in every game")
+        constructor_arguments(self.algo, self.settings)
         return self
 
 
@@ -113,7 +142,7 @@ class Recipe(BaseModel):
         """
         return load_scenario(self.scenario, self.set, "set")
 
-    def split(self) -> dict[str, Recipe]:
+    def split(self) -> dict[str, "Recipe"]:
         """One recipe for each changed game.
 
         :return: variant: its recipe, which has no variants; a recipe without any is its own, under the empty name
@@ -157,7 +186,7 @@ def parse_method(values: dict[str, Any]) -> Method:
     :raises UserError: one line naming what is wrong and what is allowed
     """
     method = validated(Method, values, "method")
-    check_policy_fits(method)
+    _check_policy_fits(method)
     return method
 
 
@@ -170,7 +199,48 @@ def load_recipe(path: Path) -> Recipe:
     """
     recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
     try:
-        check_recipe(recipe)
+        _check_recipe(recipe)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     return recipe
+
+
+def _check_policy_fits(method: Method) -> None:
+    """Find a method's policy, and refuse it if its algorithm does not take it."""
+    if method.algo is not None and method.policy is not None:
+        find_algorithm(method.algo, find_policy(method.policy))
+
+
+def _check_recipe(recipe: Recipe) -> None:
+    """Refuse a recipe whose methods cannot be trained on its games or scaled out, or are not what their labels say."""
+    games = [variant.game() for variant in recipe.split().values()]
+    for key, method in recipe.methods.items():
+        for game in games if method.fewest_uavs is not None else ():
+            try:
+                check_fewest(method.fewest_uavs or 1, game, method.continuation)
+            except UserError as error:
+                raise UserError(f"methods.{key}: {error}") from None
+        _check_policy_fits(method)
+        if honest_label(method.label, method.settings) != method.label:
+            raise UserError(
+                f"methods.{key}: label = {method.label!r}: say {SHARED!r}, as IQL's learners have one there"
+            )
+    for num_uavs in recipe.scaling.num_uavs if recipe.scaling else ():
+        recipe.game().changed(num_uavs=num_uavs)
+    for key in recipe.scaling.methods if recipe.scaling else ():
+        if not _fits_any_num_uavs(recipe.methods[key]):
+            raise UserError(
+                f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of them"
+            )
+
+
+def honest_label(label: str, settings: Mapping[str, Any]) -> str:
+    """A label that says so where IQL's learners share a network by their settings, and are thus not independent."""
+    return f"{label}, {SHARED}" if settings.get("share_parameters") and SHARED not in label else label
+
+
+def _fits_any_num_uavs(method: Method) -> bool:
+    """Whether no network of a method belongs to a single UAV, or knows it by its index."""
+    if method.algo is None or method.policy is None:
+        return True
+    return method.algo != "iql" and NOT_BY_N.issuperset(getattr(find_policy(method.policy), "sees", ()))

@@ -1,7 +1,5 @@
 """Reference results: what a finished recipe left, without checkpoints, small enough to be kept with the code."""
 
-from __future__ import annotations
-
 import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path

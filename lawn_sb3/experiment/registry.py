@@ -1,7 +1,5 @@
 """What a name stands for: algorithms and players without training."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Callable
 from pathlib import Path
@@ -11,24 +9,13 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.policies import BasePolicy
 
 import lawn_sb3
+from lawn_sb3 import planning
 from lawn_sb3.algos.imitate import Imitate
 from lawn_sb3.algos.iql import IQL, LEARNERS
 from lawn_sb3.algos.mappo import MAPPO, EpisodeMAPPO, MaskableMAPPO, RecurrentMAPPO
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.player import Player, RandomPlayer
-from lawn_sb3.planning import (
-    BestRoutePlayer,
-    BoundPlayer,
-    EquilibriumPlayer,
-    ForecastPlayer,
-    MeanFieldDestinationsPlayer,
-    MeanFieldMemoryPlayer,
-    MeanFieldPlayer,
-    ShortestPathPlayer,
-    WelfarePlayer,
-    WorstEquilibriumPlayer,
-)
 
 ALGORITHMS: dict[str, dict[type[BasePolicy], type[BaseAlgorithm]]] = {
     "mappo": {algorithm.policy_base: algorithm for algorithm in (MaskableMAPPO, RecurrentMAPPO, MAPPO)},
@@ -46,16 +33,16 @@ DEFAULT_POLICIES: dict[str, str] = {
     "qmix": "monotonic_mixer",
 }
 PLANNERS: dict[str, Callable[[], Player]] = {
-    "shortest-path": ShortestPathPlayer,
-    "best-route": BestRoutePlayer,
-    "forecast": ForecastPlayer,
-    "mean-field": MeanFieldPlayer,
-    "mean-field-memory": MeanFieldMemoryPlayer,
-    "mean-field-destinations": MeanFieldDestinationsPlayer,
-    "equilibrium": EquilibriumPlayer,
-    "worst-equilibrium": WorstEquilibriumPlayer,
-    "welfare": WelfarePlayer,
-    "bound": BoundPlayer,
+    "shortest-path": planning.ShortestPathPlayer,
+    "best-route": planning.BestRoutePlayer,
+    "forecast": planning.ForecastPlayer,
+    "mean-field": planning.MeanFieldPlayer,
+    "mean-field-memory": planning.MeanFieldMemoryPlayer,
+    "mean-field-destinations": planning.MeanFieldDestinationsPlayer,
+    "equilibrium": planning.EquilibriumPlayer,
+    "worst-equilibrium": planning.WorstEquilibriumPlayer,
+    "welfare": planning.WelfarePlayer,
+    "bound": planning.BoundPlayer,
 }
 PLAYERS: dict[str, Callable[[], Player]] = {"random": RandomPlayer, **PLANNERS}
 
@@ -85,32 +72,17 @@ def find_algorithm(name: str, policy: type[BasePolicy]) -> type[BaseAlgorithm]:
 
 
 def algorithm_for(policy: type[BasePolicy]) -> str | None:
-    """Which algorithm a policy is for.
-
-    :param policy: the policy class
-    :return: its name; none if no algorithm takes the policy
-    """
+    """The name of the algorithm that a policy is for; none if no algorithm takes it."""
     return next((name for name, bases in ALGORITHMS.items() if issubclass(policy, tuple(bases))), None)
 
 
 def trait(name: str, attribute: str, default: Any = None) -> Any:
-    """What all classes of an algorithm say of themselves, such as ``continuation``.
-
-    :param name: the algorithm's name
-    :param attribute: a class attribute
-    :param default: where they have none of that name
-    :return: its value
-    """
+    """A class attribute that all classes of an algorithm have alike, such as ``continuation``."""
     return getattr(next(iter(ALGORITHMS[name].values())), attribute, default)
 
 
 def place(policy: type[BasePolicy]) -> str:
-    """The file that holds a policy, for messages.
-
-    :param policy: the policy class
-    :return: its path, relative to the working directory or the repository where it lies in one of them; its module if
-        it has no file
-    """
+    """The file that holds a policy, for messages, as short as the working directory allows; its module without one."""
     try:
         path = Path(inspect.getfile(policy))
     except (TypeError, OSError):

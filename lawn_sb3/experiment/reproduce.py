@@ -1,7 +1,5 @@
 """Running all cells of a recipe side by side, one torch thread each, with progress; what is finished is kept."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import queue

@@ -1,7 +1,5 @@
 """Settings of an algorithm: which it accepts, and what a recipe's values for them mean."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from typing import Any
@@ -16,11 +14,7 @@ GIVEN_BY_THE_KIT = {"policy", "env", "seed", "tensorboard_log", "verbose", "_ini
 
 
 def accepted_settings(algo: str) -> set[str]:
-    """The constructor arguments that an algorithm takes, in any of its classes.
-
-    :param algo: the algorithm's name
-    :return: their names
-    """
+    """Names of the constructor arguments that an algorithm takes, in any of its classes."""
     classes = set(ALGORITHMS[algo].values())
     return set().union(*(_arguments(one) - getattr(one, "not_taken", set()) for one in classes))
 

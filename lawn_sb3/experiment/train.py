@@ -1,7 +1,5 @@
 """One cell, from nothing to a finished run: train or resume, evaluate, and leave a run directory."""
 
-from __future__ import annotations
-
 import shutil
 import time
 from collections.abc import Callable
@@ -17,21 +15,9 @@ from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance
 from lawn_sb3.experiment.registry import find_player
+from lawn_sb3.experiment.run_directory import files
 from lawn_sb3.experiment.run_directory.configuration import mark_finished, write_configuration
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
-from lawn_sb3.experiment.run_directory.files import (
-    CHECKPOINT_FILE,
-    EVALUATION_FILE,
-    FINISHED_FILE,
-    MODEL_FILE,
-    PATHS_FILE,
-    PROGRESS_FILE,
-    PROVENANCE_FILE,
-    RESULT_FILES,
-    SAMPLED_FILE,
-    SLOTS_FILE,
-    TENSORBOARD_FOLDER,
-)
 from lawn_sb3.experiment.run_directory.progress import ProgressCSV
 from lawn_sb3.experiment.watching import Watch
 from lawn_sb3.game.player import Player
@@ -59,37 +45,30 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
     start = time.perf_counter()
     chosen = cell.evaluation
     flights = fly(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed, chosen.traced_episodes)
-    for name, rows in zip((EVALUATION_FILE, SLOTS_FILE, PATHS_FILE), flights, strict=True):
+    for name, rows in zip((files.EVALUATION_FILE, files.SLOTS_FILE, files.PATHS_FILE), flights, strict=True):
         write_rows(cell.directory / name, rows)
     if model is not None and chosen.deterministic:
         sampling = ModelPlayer(model, cell.key, deterministic=False)
         rows = evaluate(sampling, cell.scenario, chosen.episodes, chosen.seed, cell.seed)
-        write_rows(cell.directory / SAMPLED_FILE, rows)
+        write_rows(cell.directory / files.SAMPLED_FILE, rows)
     record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
-    write_json(cell.directory / PROVENANCE_FILE, record)
+    write_json(cell.directory / files.PROVENANCE_FILE, record)
     mark_finished(cell)
-    (cell.directory / CHECKPOINT_FILE).unlink(missing_ok=True)
+    (cell.directory / files.CHECKPOINT_FILE).unlink(missing_ok=True)
 
 
 def claim_directory(cell: Cell) -> None:
-    """Make the run directory the cell's own: what another configuration left in it goes, a checkpoint to resume stays.
-
-    :param cell: the cell
-    """
+    """Make the run directory the cell's own: what another configuration left goes, a checkpoint to resume stays."""
     cell.directory.mkdir(parents=True, exist_ok=True)
     if read_checkpoint(cell) is None:
-        for name in (FINISHED_FILE, MODEL_FILE, CHECKPOINT_FILE, *RESULT_FILES):
+        for name in (files.FINISHED_FILE, files.MODEL_FILE, files.CHECKPOINT_FILE, *files.RESULT_FILES):
             (cell.directory / name).unlink(missing_ok=True)
-        shutil.rmtree(cell.directory / TENSORBOARD_FOLDER, ignore_errors=True)
+        shutil.rmtree(cell.directory / files.TENSORBOARD_FOLDER, ignore_errors=True)
     write_configuration(cell)
 
 
 def try_method(cell: Cell) -> None:
-    """Build the model of a cell and check its policy, before anything is written.
-
-    :param cell: a cell whose method trains
-    :raises UserError: if the policy breaks a promise, or the algorithm refuses its settings
-    """
+    """Build the model of a cell that trains and check its policy, before anything is written."""
     assert cell.method.policy is not None
     check_policy(build_model(cell), cell.method.policy)
 
@@ -103,8 +82,8 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     watch = Watch(cell, progress)
     if checkpoint is not None:
         watch.restore(checkpoint["watch"])
-    table = ProgressCSV(folder / PROGRESS_FILE, checkpoint["progress"] if checkpoint else "")
-    model.set_logger(Logger(str(folder), [table, TensorBoardOutputFormat(str(folder / TENSORBOARD_FOLDER))]))
+    table = ProgressCSV(folder / files.PROGRESS_FILE, checkpoint["progress"] if checkpoint else "")
+    model.set_logger(Logger(str(folder), [table, TensorBoardOutputFormat(str(folder / files.TENSORBOARD_FOLDER))]))
     for name, values in zip(PENDING, checkpoint["pending"] if checkpoint else (), strict=False):
         getattr(model.logger, name).update(values)
     progress(began)
@@ -117,6 +96,6 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     model.logger.close()
     assert method.policy is not None
     check_policy(model, method.policy)  # what training has made of it
-    with whole_file(folder / MODEL_FILE) as part:
+    with whole_file(folder / files.MODEL_FILE) as part:
         model.save(part)
     return model, watch, began

@@ -1,7 +1,5 @@
 """The search for settings: equal trials, env steps and seeds for every method, apart from the reported seeds."""
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 import tempfile

@@ -1,7 +1,5 @@
 """Checking a finished run: its model flies the test missions again, and the rows have to come out the same."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import NamedTuple
 

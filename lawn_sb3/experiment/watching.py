@@ -1,7 +1,5 @@
 """Watching a training: mission statistics and greedy evaluations, recorded against env steps."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import NamedTuple

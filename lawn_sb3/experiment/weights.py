@@ -1,7 +1,5 @@
 """The networks of a trained model: kept as plain arrays in a file that holds no code, and read back."""
 
-from __future__ import annotations
-
 import pickle
 import zipfile
 from pathlib import Path
@@ -37,11 +35,7 @@ def save_weights(model: BaseAlgorithm, path: Path) -> None:
 
 
 def are_rounded(path: Path) -> bool:
-    """Whether kept weights are in half precision, so that greedy play may differ at near ties.
-
-    :param path: what :func:`save_weights` wrote
-    :return: true if any of them is
-    """
+    """Whether kept weights are in half precision, so that greedy play may differ at near ties."""
     with np.load(path, allow_pickle=False) as stored:
         return any(stored[name].dtype == np.float16 for name in stored.files)
 

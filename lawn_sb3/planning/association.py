@@ -11,8 +11,6 @@ Rates r_ib over one RB are given as ``rb_rate_mbps`` [..., N, M] in Mbps, 0 wher
 are the K_b [M], and ``choice`` holds the index b_i of the GBS that each UAV chooses [..., N].
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

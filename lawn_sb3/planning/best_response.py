@@ -1,7 +1,5 @@
 """Best responses to the others' trajectories, for a UAV's own utility or for the welfare, and where they lead."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple
 
 import numpy as np

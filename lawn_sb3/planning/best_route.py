@@ -1,7 +1,5 @@
 """The best route as if alone: what planning for oneself is worth, and what each UAV would have without the others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from lawn_sb3.game.simulator import Simulator

@@ -7,8 +7,6 @@ time satisfy them, random and correlated ones too, so none has more than the lar
 lets a UAV arrive later can. Policies found by best responses from there show how tight the ceiling is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import permutations, product
 from math import perm
@@ -69,30 +67,14 @@ class Ceiling(NamedTuple):
     found_mbps: float
 
 
-def _own(games: TinyGames) -> list[Ints]:
-    return [games.origin[:, [0, 1]], games.destination[:, [0, 1]]]
-
-
-def _cells(games: TinyGames) -> list[Ints]:
-    return [*_own(games), games.cell[games.origin[:, [1, 0]]]]
-
-
-def _headed(games: TinyGames) -> list[Ints]:
-    return [*_cells(games), games.cell[games.destination[:, [1, 0]]]]
-
-
-def _all(games: TinyGames) -> list[Ints]:
-    return [*_own(games), games.origin[:, [1, 0]], games.destination[:, [1, 0]]]
-
-
 KNOWN: dict[str, Callable[[TinyGames], list[Ints]]] = {
-    "nothing of the other": _own,
-    "loads": _cells,
-    "the cell it heads for": _headed,
-    "its intents": _all,
+    "nothing of the other": lambda games: [],
+    "loads": lambda games: [games.cell[games.origin]],
+    "the cell it heads for": lambda games: [games.cell[games.origin], games.cell[games.destination]],
+    "its intents": lambda games: [games.origin, games.destination],
 }
-"""What a UAV knows when it decides, for both UAVs [K, 2] each. With two UAVs, the loads without oneself say the cell of
-the other; a clock or a memory adds nothing in the first slot."""
+"""What a UAV knows of the other when it decides, besides its own mission, by the other [K, 2] each. With two UAVs, the
+loads without oneself say the cell of the other; a clock or a memory adds nothing in the first slot."""
 
 
 def tiny_games(scenario: Scenario) -> TinyGames:
@@ -181,7 +163,8 @@ def ceiling(games: TinyGames, known: Callable[[TinyGames], list[Ints]]) -> Ceili
     :param known: what a UAV knows, one of :data:`KNOWN`
     :return: what nobody exceeds, and what was found
     """
-    seen = np.stack(known(games), axis=-1)  # [K, 2, anything]
+    of_other = [values[:, ::-1] for values in known(games)]
+    seen = np.stack([games.origin, games.destination, *of_other], axis=-1)  # [K, 2, anything]
     _, observation = np.unique(seen.reshape(-1, seen.shape[-1]), axis=0, return_inverse=True)
     observed = observation.reshape(-1, 2)[games.mission]  # [R, 2]
     # A choice is a voxel to fly through after an observation; each UAV has policies of its own.

@@ -1,7 +1,5 @@
 """Iterated best response: joint trajectories from which no UAV gains by deviating alone, and the welfare found so."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from typing import ClassVar
 

@@ -9,8 +9,6 @@ with the weights w of :func:`slot_weight`, the others' loads n_b and the effect 
 recursion is repeated for every T worth trying.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -97,7 +95,7 @@ def best_flight(
     beta, ema_mbps = rules.ema_beta, state.ema_rate_mbps[game, uav]
     peak_mbps = peak_rate_mbps(rules)
     price_mbps = collision_price_mbps(rules, state.flying.shape[1])
-    values = np.empty((2, *rules.grid))
+    values, shares = np.empty((2, *rules.grid)), np.empty(len(rules.num_rbs))
     shortest = min_slots(position, goal, rules.max_voxel_steps)
     longest = longest_flight(rules, state, game, uav, slack)
     moves = np.empty((max(longest, 1), *rules.grid), dtype=np.int32)
@@ -113,7 +111,15 @@ def best_flight(
         worth = carried + _after_arrival(rules, goal, around, slots, price_mbps)
         for s in range(slots, 0, -1):
             weight = slot_weight(beta, slots - s, least, total, horizon)
-            _value_slot(rules, position, goal, around, s, slots, weight, price_mbps, values, moves)
+            here, later, effects_mbps = values[s % 2], values[(s + 1) % 2], around.effects_mbps[s]
+            for b in range(len(shares)):
+                shares[b] = rb_share(rules.num_rbs[b], around.loads[s, b] + 1)
+            value_slot(
+                rules, (0, 0, 0), rules.grid, position, goal, shares, effects_mbps, s, slots, weight, here, later, moves
+            )
+            for j in range(len(around.slots)):
+                if s <= around.slots[j] or rules.arrived_stays:
+                    here[voxel_of(around.voxels, j, s)] -= price_mbps
         action, value = best_move(rules.actions, rules.grid, rules.fly_through, position, goal, values[1])
         if worth + value > best.worth_mbps:
             best = Flight(slots, worth + value, action)
@@ -136,48 +142,55 @@ def _after_arrival(rules: Rules, goal: Voxel, around: Surroundings, slots: int, 
 
 
 @njit
-def _value_slot(
+def value_slot(
     rules: Rules,
+    low: Voxel,
+    size: Voxel,
     position: Voxel,
     goal: Voxel,
-    around: Surroundings,
+    shares: Floats,
+    effects_mbps: Floats,
     s: int,
     slots: int,
     weight: float,
-    price_mbps: float,
     values: Floats,
-    moves: NDArray[np.int32],
+    later: Floats,
+    moves: NDArray[np.int32] | None,
 ) -> None:
-    """V_s of every voxel, and the move that follows.
+    """V_s of every voxel of a box of the airspace, and the move that follows.
 
     Only voxels that can be reached from the position, and from which the destination can be reached, count; the others
     are worth minus infinity. The destination ends the flight, so it is out of bounds before the last slot.
+
+    :param low: corner of the box, from which position, destination and all voxels here are counted
+    :param size: of the box
+    :param shares: RBs that the UAV gets in each cell [M]
+    :param effects_mbps: change of the others' utilities if it is there [M]
+    :param values: V_s; written
+    :param later: V_{s+1}
+    :param moves: of every slot [S, W, L, H]; that of this slot is written, unless it is the last
     """
-    cell, rb_rate_mbps, num_rbs = rules.cell, rules.rb_rate_mbps, rules.num_rbs
-    actions, grid, fly_through = rules.actions, rules.grid, rules.fly_through
-    loads, effects = around.loads, around.effects_mbps
-    here, later = values[s % 2], values[(s + 1) % 2]
-    here[:] = -np.inf
+    cell, rb_rate_mbps, actions, fly_through = rules.cell, rules.rb_rate_mbps, rules.actions, rules.fly_through
+    values[:] = -np.inf
     reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
-    low_x, high_x = overlap(position[0], reach, goal[0], left, grid[0])
+    low_x, high_x = overlap(position[0], reach, goal[0], left, size[0])
     for x in range(low_x, high_x):
         reach_y, left_y = reach - abs(x - position[0]), left - abs(x - goal[0])
-        low_y, high_y = overlap(position[1], reach_y, goal[1], left_y, grid[1])
+        low_y, high_y = overlap(position[1], reach_y, goal[1], left_y, size[1])
         for y in range(low_y, high_y):
             reach_z, left_z = reach_y - abs(y - position[1]), left_y - abs(y - goal[1])
-            low_z, high_z = overlap(position[2], reach_z, goal[2], left_z, grid[2])
+            low_z, high_z = overlap(position[2], reach_z, goal[2], left_z, size[2])
             for z in range(low_z, high_z):
                 following = 0.0
                 if s < slots:
                     if (x, y, z) == goal:
                         continue
-                    moves[s, x, y, z], following = best_move(actions, grid, fly_through, (x, y, z), goal, later)
-                b = cell[x, y, z]
-                rate_mbps = achievable_rate_mbps(rb_share(num_rbs[b], loads[s, b] + 1), rb_rate_mbps[x, y, z])
-                here[x, y, z] = weight * rate_mbps + effects[s, b] + following
-    for j in range(len(around.slots)):
-        if s <= around.slots[j] or rules.arrived_stays:
-            here[voxel_of(around.voxels, j, s)] -= price_mbps
+                    move, following = best_move(actions, size, fly_through, (x, y, z), goal, later)
+                    if moves is not None:
+                        moves[s, x, y, z] = move
+                voxel = low[0] + x, low[1] + y, low[2] + z
+                b = cell[voxel]
+                values[x, y, z] = weight * (shares[b] * rb_rate_mbps[voxel]) + effects_mbps[b] + following
 
 
 @njit

@@ -1,7 +1,5 @@
 """The forecast: every UAV plans anew in every slot, as if the loads it sees now never changed."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """What a UAV can have whatever the others do to the loads: a bound on how bad an equilibrium can be."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

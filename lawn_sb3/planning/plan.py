@@ -1,7 +1,5 @@
 """A joint plan: where all UAVs of one game will be in every slot from now on, and what that is worth to each."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

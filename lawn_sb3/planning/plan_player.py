@@ -1,7 +1,5 @@
 """Players that plan all trajectories of a game at its first slot, seeing everything, and then fly them."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import NamedTuple

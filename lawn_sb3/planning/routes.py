@@ -1,7 +1,5 @@
 """Joint plans without regard to the others: every UAV's best route as if alone, or a random shortest path."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.game.airspace import is_inside, min_slots

@@ -1,7 +1,5 @@
 """The shortest path: every UAV flies straight to its destination, whatever the cells are like."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -9,21 +9,17 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv
 
 from lawn_sb3.envs import ObservationLayout
+from lawn_sb3.envs.observation import space_of
 
 
 class ScriptedVecEnv(VecEnv):
-    """A vector environment of whole games that a subclass plays; nothing but SB3's interface and a layout.
-
-    :param num_games: G
-    :param layout: where o_i and x lie in the flat observation
-    :param num_actions: actions of a UAV
-    """
+    """A vector environment of whole games that a subclass plays; nothing but SB3's interface and a layout."""
 
     def __init__(self, num_games: int, layout: ObservationLayout, num_actions: int) -> None:
         self.num_games = num_games
         self.layout = layout
         self.render_mode = None
-        super().__init__(num_games * layout.num_uavs, layout.flat_space(), spaces.Discrete(num_actions))
+        super().__init__(num_games * layout.num_uavs, space_of(layout.flat_dim), spaces.Discrete(num_actions))
 
     def step_async(self, actions: NDArray[Any]) -> None:
         self.actions = np.asarray(actions).reshape(self.num_games, self.layout.num_uavs)
@@ -45,11 +41,7 @@ class ScriptedVecEnv(VecEnv):
 
 
 class MatrixGame(ScriptedVecEnv):
-    """A one-step game of two players who see nothing: the payoff of their actions is the reward of both.
-
-    :param payoff: payoffs by the actions of the first and of the second player
-    :param num_games: games played side by side
-    """
+    """A one-step game of two players who see nothing: the payoff [first, second] of their actions is both's reward."""
 
     def __init__(self, payoff: Any, num_games: int = 16) -> None:
         self.payoff = np.asarray(payoff, dtype=np.float32)

@@ -191,9 +191,6 @@ def test_settings_may_be_given_by_position_as_to_sb3() -> None:
     assert (one.learning_rate, one.exploration_final_eps, one.max_grad_norm) == (2e-3, 0.05, 10)  # DQN's own
 
 
-# --- it learns -----------------------------------------------------------------------------------------------------
-
-
 def success_rate(model: Any) -> float:
     """Share of UAVs that arrive, on the same missions for everybody; no model plays at random."""
     env: Any = make_vec_env(PRESETS["paper"], 100, seed=1234, continuation="episode")

@@ -8,8 +8,7 @@ import torch as th
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lawn_sb3.algos.common.encoder import Encoder
-from lawn_sb3.algos.common.in_time import FORBIDDEN, draw_allowed, in_time
+from lawn_sb3.algos.common.in_time import FORBIDDEN, draw_actions, in_time
 from lawn_sb3.algos.iql import IQL
 from lawn_sb3.algos.qmix import QMIX
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
@@ -50,15 +49,15 @@ def test_the_mask_made_of_the_observation_is_that_of_the_game(
     simulator, observer = Simulator(scenario, 2, seed), Observer(scenario, extras=["clock"])
     for _ in random_play(simulator, seed, slots):
         simulator.go_on()
-    encoder = Encoder(scenario, observer.layout, ["clock"], symmetric=False)
     flat = th.as_tensor(observer.flat(simulator.state)).flatten(0, 1)
-    made = in_time(encoder, flat, scenario.max_slots, slack)
+    made = in_time(scenario, observer.layout, flat, slack)
     np.testing.assert_array_equal(made.numpy(), simulator.allowed_moves(slack).reshape(len(flat), -1))
 
 
 def test_draws_are_allowed_and_reach_every_allowed_action() -> None:
-    allowed = np.tile([True, False, True, True], (400, 1))
-    assert set(draw_allowed(allowed).tolist()) == {0, 2, 3}
+    allowed = th.tensor([True, False, True, True]).repeat(400, 1)
+    assert set(draw_actions(allowed, 4, (400,)).tolist()) == {0, 2, 3}
+    assert set(draw_actions(None, 4, (400,)).tolist()) == {0, 1, 2, 3}
 
 
 @EACH

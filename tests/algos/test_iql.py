@@ -8,13 +8,13 @@ import torch as th
 from numpy.typing import NDArray
 from sb3_contrib import QRDQN
 from stable_baselines3 import DQN
-from stable_baselines3.common.logger import Logger
 from stable_baselines3.common.policies import ActorCriticPolicy
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecNormalize
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvStepReturn
 
 from lawn_sb3.algos.iql import IQL, LEARNERS, DoubleDQN
 from lawn_sb3.envs import make_vec_env
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.scenario import PRESETS
 from policies.local_q import LocalQPolicy
 from policies.quantile_q import QuantileQPolicy
@@ -91,7 +91,7 @@ def test_the_policy_class_chooses_the_learner(kind: str, made: type) -> None:
     assert issubclass(model.policy_class, tuple(LEARNERS))
     assert [type(one) for one in model.learners] == [made] * (1 if kind == "shared" else N)
     if kind != "shared":
-        assert [one.observation_space for one in model.learners] == [model.layout.local_space()] * N
+        assert [one.observation_space for one in model.learners] == [space_of(model.layout.local_dim)] * N
 
 
 @pytest.mark.parametrize("kind", ["vanilla", "quantiles"])
@@ -141,7 +141,7 @@ class LocalOnly(VecEnvWrapper):
 
     def __init__(self, venv: VecEnv) -> None:
         self.layout = venv.get_attr("layout", [0])[0]
-        super().__init__(venv, observation_space=self.layout.local_space())
+        super().__init__(venv, observation_space=space_of(self.layout.local_dim))
 
     def reset(self) -> NDArray[Any]:
         return np.asarray(self.venv.reset())[:, self.layout.local]
@@ -215,20 +215,6 @@ def test_the_learning_rate_of_every_learner_follows_the_progress() -> None:
     model = independent(learning_rate=lambda progress: 1e-3 * progress).learn(40 * VECTOR)
     rates = [one.policy.optimizer.param_groups[0]["lr"] for one in model.learners]
     assert rates == pytest.approx([0.0] * N, abs=1e-9)
-
-
-def test_multi_step_returns_are_sb3_s() -> None:
-    model = independent(n_steps=3).learn(30 * VECTOR)
-    assert {type(one.replay_buffer).__name__ for one in model.learners} == {"NStepReplayBuffer"}
-
-
-def test_the_log_has_the_mean_of_the_learners() -> None:
-    model = independent(learning_starts=10**6).learn(20 * VECTOR)
-    model.set_logger(Logger(None, []))
-    model.train(2, 32)
-    losses = [one.logger.name_to_value["train/loss"] for one in model.learners]
-    assert model.logger.name_to_value["train/loss"] == pytest.approx(np.mean(losses))
-    assert model.logger.name_to_value["train/n_updates"] == 2
 
 
 # --- exploration ---------------------------------------------------------------------------------------------------

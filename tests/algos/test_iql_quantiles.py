@@ -35,9 +35,7 @@ class Corridors(ScriptedVecEnv):
     """Two UAVs, each in a corridor of three cells: the first gets out with action 1, the second with action 0.
 
     The other action leads back, from the innermost cell nowhere. What a UAV sees is a one at its steps to the way out.
-
-    :param pays: what getting out may pay, each with the same probability
-    :param num_games: games played side by side
+    Getting out pays each of ``pays`` with the same probability.
     """
 
     def __init__(self, pays: tuple[float, ...] = (1.0,), num_games: int = 16) -> None:

@@ -15,8 +15,6 @@ from policies.monotonic_mixer import MonotonicMixerPolicy
 from tests.algos.games import Countdown
 from tests.algos.small import VECTOR, acts, small_env, some_observations, team, whole_games
 
-# --- the update ----------------------------------------------------------------------------------------------------
-
 
 def a_batch(model: QMIX, **changes: Any) -> JointSamples:
     return model.replay_buffer.sample(64)._replace(**changes)
@@ -102,9 +100,6 @@ def test_tau_moves_the_targets_part_of_the_way() -> None:
         assert new.allclose(0.75 * old + 0.25 * trained, atol=1e-6)
 
 
-# --- playing -------------------------------------------------------------------------------------------------------
-
-
 def test_every_uav_tosses_its_own_coin() -> None:
     model, flat = team(), some_observations(1)
     many = flat.repeat(20_000, axis=0)
@@ -161,9 +156,6 @@ def test_a_training_stopped_by_a_callback_goes_on_with_whole_games() -> None:
     model.learn(60, callback=lambda local, _: local["num_collected_steps"] < 1)
     model.learn(24, reset_num_timesteps=False)
     np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
-
-
-# --- what it refuses -----------------------------------------------------------------------------------------------
 
 
 def test_missions_that_are_renewed_one_by_one_are_refused() -> None:

@@ -10,6 +10,7 @@ from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.game import Simulator
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS
@@ -323,5 +324,5 @@ def test_slots_games_and_copies_multiply() -> None:
     observations = reset(venv)
     assert observations.shape == (30, venv.games[0].layout.flat_dim)
     assert observations.dtype == np.float32
-    assert venv.observation_space == venv.games[0].layout.flat_space()
+    assert venv.observation_space == space_of(venv.games[0].layout.flat_dim)
     assert venv.reset_infos == [{}] * 30

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lawn_sb3.envs import ObservationLayout, Observer
+from lawn_sb3.envs.observation import space_of
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.game.state import State
 from lawn_sb3.scenario import PRESETS, Scenario
@@ -110,9 +111,9 @@ def test_flat_observation_is_the_local_one_and_then_the_global_state_as_the_layo
     layout, state = observer.layout, simulator.state
     assert (layout.num_uavs, layout.num_gbs) == (scenario.num_uavs, len(scenario.gbs_positions))
     local, x, flat = observer.local(state), observer.state(state), observer.flat(state)
-    assert layout.local_space().contains(local[0, 0])
-    assert layout.state_space().contains(x[0])
-    assert layout.flat_space().contains(flat[0, 0])
+    assert space_of(layout.local_dim).contains(local[0, 0])
+    assert space_of(layout.state_dim).contains(x[0])
+    assert space_of(layout.flat_dim).contains(flat[0, 0])
     np.testing.assert_array_equal(flat[..., layout.local], local)
     np.testing.assert_array_equal(flat[..., layout.state], np.repeat(x[:, None], scenario.num_uavs, 1))
     own = local[..., : layout.cell_loads.start]

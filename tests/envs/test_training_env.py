@@ -150,9 +150,6 @@ def test_a_restored_snapshot_goes_on_as_if_nothing_had_happened(continuation: Co
             assert rewards == expected[1]
 
 
-# Terms of the reward left out
-
-
 @pytest.mark.parametrize("term", REWARD_TERMS)
 def test_a_term_left_out_is_missing_from_the_reward_and_nothing_else_is(term: RewardTerm) -> None:
     whole, without = TrainingEnv(SHORT, 8), TrainingEnv(SHORT, 8, without_reward=(term,))

@@ -11,7 +11,8 @@ import pytest
 import yaml
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.find_policy import find_policy, policy_digest
+from lawn_sb3.experiment.find_policy import find_policy
+from lawn_sb3.experiment.policy_digest import policy_digest
 from lawn_sb3.experiment.registry import REPOSITORY
 
 OWN_POLICY = '''
@@ -145,8 +146,6 @@ def test_a_module_beside_the_user_is_found(folder: Path) -> None:
     assert find_policy("beside_me:OwnPolicy").__name__ == "OwnPolicy"
 
 
-# --- the digest of a policy ----------------------------------------------------------------------------------------
-
 USES = """
 from lawn_sb3.algos.mappo import CTDEPolicy
 from {module} import {name}
@@ -160,7 +159,7 @@ def digest(monkeypatch: pytest.MonkeyPatch) -> Callable[[str], str]:
     """The digest of a policy as another process would work it out."""
 
     def fresh(name: str) -> str:
-        monkeypatch.setattr("lawn_sb3.experiment.find_policy._DIGESTS", {})
+        monkeypatch.setattr("lawn_sb3.experiment.policy_digest._DIGESTS", {})
         importlib.invalidate_caches()
         return policy_digest(name)
 

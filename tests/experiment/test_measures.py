@@ -14,6 +14,7 @@ from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import EquilibriumPlayer, ShortestPathPlayer
 from lawn_sb3.planning.guarantee import guaranteed_utilities_mbps
 from lawn_sb3.scenario import PRESETS
+from tests.game.wanderer import Wanderer
 
 PAPER = PRESETS["paper"]
 
@@ -70,20 +71,12 @@ def test_a_uav_alone_regrets_what_its_path_lacks_to_the_best_one() -> None:
     assert (rows["best_mbps"] >= rows["utility_mbps"] - 1e-9).all()
 
 
-class WaitingPlayer:
+class WaitingPlayer(Wanderer):
     """UAV 0 flies straight; UAV 1 waits for eleven slots first."""
 
-    name = "waiting"
-
-    def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
-        """Nothing to prepare."""
-
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        state = simulator.state
-        ends = state.position[:, :, None] + simulator.rules.actions
-        straight = np.abs(ends - state.destination[:, :, None]).sum(axis=-1).argmin(axis=-1)
-        waits = (np.arange(2) == 1) & (state.slot < 11)
-        return np.where(waits, 0, straight)
+        waits = (np.arange(2) == 1) & (simulator.state.slot < 11)
+        return np.where(waits, 0, super().act(simulator))
 
 
 @pytest.mark.parametrize("arrived", ["leaves", "stays"])

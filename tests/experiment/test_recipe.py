@@ -8,9 +8,8 @@ import yaml
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell, cells
-from lawn_sb3.experiment.recipe import Method, load_recipe
+from lawn_sb3.experiment.recipe import Method, honest_label, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.validation import honest_label
 
 GOOD = {
     "scenario": "paper",

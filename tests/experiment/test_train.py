@@ -20,14 +20,7 @@ from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import Scenario
-from tests.experiment.training import (
-    InterruptionError,
-    assert_equal_runs,
-    ignore,
-    interrupted_at,
-    mappo_cell,
-    qmix_cell,
-)
+from tests.experiment.training import assert_equal_runs, ignore, interrupt, mappo_cell, qmix_cell
 
 
 def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cell: Cell) -> None:
@@ -50,10 +43,9 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
 
 def test_a_policy_is_probed_again_once_it_is_trained(small_cell: Cell, monkeypatch: pytest.MonkeyPatch) -> None:
     probed: list[int] = []
-    monkeypatch.setattr(
-        "lawn_sb3.experiment.train.check_policy", lambda model, name: probed.append(model.num_timesteps)
-    )
-    run_cell(small_cell, lambda env_steps: None)
+    probe = "lawn_sb3.experiment.train.check_policy"
+    monkeypatch.setattr(probe, lambda model, name: probed.append(model.num_timesteps))
+    run_cell(small_cell, ignore)
     assert probed == [256 * small_cell.scenario.num_uavs]
 
 
@@ -73,8 +65,7 @@ def test_equal_cells_leave_equal_bytes(small_cell: Cell, tmp_path: Path) -> None
 
 @pytest.mark.usefixtures("often")
 def test_the_seconds_before_an_interruption_count(small_cell: Cell) -> None:
-    with pytest.raises(InterruptionError):
-        run_cell(small_cell, interrupted_at(192))
+    interrupt(small_cell, 192)
     assert not is_finished(small_cell)
     before = checkpoint.read_checkpoint(small_cell)["watch"].seconds  # type: ignore[index]
     run_cell(small_cell, ignore)
@@ -84,8 +75,7 @@ def test_the_seconds_before_an_interruption_count(small_cell: Cell) -> None:
 
 @pytest.mark.usefixtures("often")
 def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: Cell) -> None:
-    with pytest.raises(InterruptionError):
-        run_cell(small_cell, interrupted_at(128))
+    interrupt(small_cell, 128)
     path = small_cell.directory / "checkpoint.pt"
     path.write_bytes(path.read_bytes()[:1000])
     with pytest.warns(UserWarning, match=r"checkpoint\.pt"):
@@ -95,8 +85,7 @@ def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: 
 
 @pytest.mark.usefixtures("often")
 def test_a_checkpoint_of_other_settings_is_not_used(small_cell: Cell) -> None:
-    with pytest.raises(InterruptionError):
-        run_cell(small_cell, interrupted_at(128))
+    interrupt(small_cell, 128)
     other = replace(small_cell, seed=4)
     reports: list[int] = []
     run_cell(other, reports.append)
@@ -106,8 +95,7 @@ def test_a_checkpoint_of_other_settings_is_not_used(small_cell: Cell) -> None:
 def test_nothing_of_another_configuration_stays_in_an_interrupted_run(small_cell: Cell) -> None:
     run_cell(small_cell, ignore)
     other = replace(small_cell, seed=4)
-    with pytest.raises(InterruptionError):
-        run_cell(other, interrupted_at(128))
+    interrupt(other, 128)
     assert not (small_cell.directory / "model.zip").exists()
     assert not (small_cell.directory / "evaluation.csv").exists()
     assert not is_finished(other)
@@ -125,7 +113,7 @@ def test_an_edited_policy_is_another_configuration(
     before = cell.fingerprint()
     path.write_text(source + "\n# another line\n", encoding="utf-8")
     assert cell.fingerprint() == before  # this process goes on with what it has imported
-    monkeypatch.setattr("lawn_sb3.experiment.find_policy._DIGESTS", {})  # as in another process
+    monkeypatch.setattr("lawn_sb3.experiment.policy_digest._DIGESTS", {})  # as in another process
     assert cell.fingerprint() != before
     assert "policies.edited" not in sys.modules  # nothing is imported to tell
 

@@ -1,6 +1,5 @@
 """Short trainings for tests: interrupted, resumed, and compared file by file."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -52,21 +51,19 @@ def qmix_cell(directory: Path, policy: str = "monotonic_mixer") -> Cell:
     return small_cell_of("qmix", directory, 9, settings, policy=policy, env_steps=120, num_games=3)
 
 
-class InterruptionError(Exception):
-    """Stands for whatever ends a training early."""
-
-
 def ignore(env_steps: int) -> None:
     """A progress report nobody reads."""
 
 
-def interrupted_at(limit: int) -> Callable[[int], None]:
+def interrupt(cell: Cell, limit: int) -> None:
+    """Train a cell until whatever ends a training early, after some env steps."""
 
     def report(env_steps: int) -> None:
         if env_steps >= limit:
-            raise InterruptionError
+            raise KeyboardInterrupt
 
-    return report
+    with pytest.raises(KeyboardInterrupt):
+        run_cell(cell, report)
 
 
 def parameters(cell: Cell) -> dict[str, th.Tensor]:
@@ -85,14 +82,10 @@ def assert_equal_runs(one: Cell, other: Cell) -> None:
 
 
 def resumed(cell: Cell, limit: int) -> list[int]:
-    """Interrupt a cell's training and resume it; it must leave what an uninterrupted one does.
-
-    Returns the env steps that were reported after the interruption.
-    """
+    """Env steps reported by a training once it is resumed, which has to leave what an uninterrupted one does."""
     whole = replace(cell, directory=cell.directory.with_name("whole"))
     run_cell(whole, ignore)
-    with pytest.raises(InterruptionError):
-        run_cell(cell, interrupted_at(limit))
+    interrupt(cell, limit)
     np.random.seed(0)
     th.manual_seed(0)
     reports: list[int] = []

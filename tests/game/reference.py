@@ -42,11 +42,7 @@ class Uav:
 
 
 class ReferenceGame:
-    """One game.
-
-    :param scenario: its constants and readings
-    :param missions: origin and destination of every UAV
-    """
+    """One game, with an origin and a destination for every UAV."""
 
     def __init__(self, scenario: Scenario, missions: Sequence[tuple[Voxel, Voxel]]) -> None:
         self.scenario = scenario

@@ -16,8 +16,6 @@ Index = Callable[[ArrayLike], NDArray[np.float64]]
 INDICES = [jain_index, gini, nash_welfare]
 SHARES = st.lists(st.one_of(st.just(0.0), st.floats(1e-9, 1e9)), min_size=1, max_size=8)
 
-# Figures on paper
-
 
 def test_jain_index_is_the_square_of_the_sum_over_n_times_the_sum_of_squares() -> None:
     # (1 + 2 + 3)^2 / (3 * (1 + 4 + 9)) = 36 / 42 = 6/7
@@ -54,9 +52,6 @@ def test_nash_welfare_is_at_least_the_worst_share_and_at_most_the_mean(shares: l
     assert min(shares) * (1 - 1e-9) <= nash_welfare(shares) <= np.mean(shares) * (1 + 1e-9)
 
 
-# Laws of all three
-
-
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("shape", [(4,), (2, 4)], ids=["one game", "two games"])
 def test_games_where_all_have_nothing_are_even_and_worth_nothing(shape: tuple[int, ...]) -> None:
@@ -86,9 +81,6 @@ def test_every_game_is_judged_by_itself(index: Index, values: NDArray[np.float64
     assert together.shape == values.shape[:-1]
     for game in np.ndindex(together.shape):
         assert together[game] == pytest.approx(index(values[game]), rel=1e-9, abs=1e-12)
-
-
-# What is refused
 
 
 @pytest.mark.parametrize("index", INDICES)

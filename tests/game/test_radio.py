@@ -42,9 +42,6 @@ def test_tie_between_gbss_goes_to_the_lower_index_despite_rounding() -> None:
     assert nearest_gbs(np.array([50.0, 20.0 + 1e-12, 20.0])) == 1
 
 
-# RB shares and rates; a figure for each equation is worked out in its docstring
-
-
 @given(num_rbs=st.integers(1, 300), load=st.integers(1, 300))
 def test_rb_shares_never_exceed_the_rbs_of_the_gbs_in_sum(num_rbs: int, load: int) -> None:
     assert 0 <= num_rbs - load * rb_share(num_rbs, load) < load
@@ -61,9 +58,6 @@ def test_rate_never_rises_with_load_nor_with_distance(num_rbs: int, load: int, d
     rate = achievable_rate_mbps(rb_share(num_rbs, load), near)
     assert achievable_rate_mbps(rb_share(num_rbs, load + 1), near) <= rate
     assert achievable_rate_mbps(rb_share(num_rbs, load), far) <= rate
-
-
-# Voxel by voxel
 
 
 def test_each_quarter_of_the_paper_s_airspace_is_one_cell() -> None:
@@ -84,9 +78,6 @@ def test_rate_is_evaluated_at_the_voxel_centre() -> None:
     # With the floor of the airspace at 20 m, voxel (4, 2, 0) has its centre there.
     raised = radio_map(PAPER.changed(min_altitude_m=20.0, max_altitude_m=50.0))
     assert raised.rb_rate_mbps[4, 2, 0] == pytest.approx(4.864, abs=5e-4)
-
-
-# The unit of rates inside rewards
 
 
 def test_rate_unit_is_a_lone_uav_s_rate_or_mbps_or_a_number_of_mbps() -> None:

@@ -6,7 +6,6 @@ from its GBS. There the SNR is 150 / 50 = 3, and an RB of 1 MHz carries log2(1 +
 gets all, 20 Mbps; two get 5 each, 10 Mbps; three get floor(10 / 3) = 3 each, 6 Mbps.
 """
 
-import math
 from typing import Any
 
 import numpy as np
@@ -15,28 +14,12 @@ import pytest
 from lawn_sb3.game import Missions, Simulator
 from lawn_sb3.game.payoff import welfare
 from lawn_sb3.game.state import Outcome
-from lawn_sb3.scenario import Scenario
+from tests.envs.corridor import CORRIDOR
 
-LANE = Scenario(
-    name="lane",
-    num_uavs=2,
-    width_voxels=6,
-    length_voxels=1,
-    max_altitude_m=10.0,
-    max_voxel_steps=2,
-    max_slots=4,
-    gbs_grid=(3, 1),
-    rbs_per_gbs=10,
-    rb_bandwidth_hz=1e6,
-    tx_power_dbm=10.0 * math.log10(150.0),
-    ref_gain_db=0.0,
-    noise_density_dbm_hz=-60.0,  # 0 dBm over 1 MHz
-    ema_beta=0.5,
-    nav_weight=0.5,
-    collision_penalty=1.0,
-    fail_penalty=5.0,
-    rate_unit="mbps",
-)
+LANE = CORRIDOR.changed(
+    name="lane", width_voxels=6, max_voxel_steps=2, max_slots=4, gbs_grid=(3, 1), rbs_per_gbs=10, nav_weight=0.5,
+    collision_penalty=1.0, fail_penalty=5.0,
+)  # fmt: skip
 
 
 def lane_game(*missions: tuple[int, int], **changes: Any) -> Simulator:
@@ -152,9 +135,6 @@ def test_arrival_in_the_slot_of_the_deadline_is_in_time() -> None:
     assert last.utility_mbps[0] == pytest.approx([15.0])
 
 
-# Readings
-
-
 @pytest.mark.parametrize(("reading", "x"), [("clip", 0), ("hover", 1)])
 def test_move_out_of_the_airspace_follows_its_reading(reading: str, x: int) -> None:
     game = lane_game((1, 5), out_of_bounds=reading)
@@ -162,23 +142,20 @@ def test_move_out_of_the_airspace_follows_its_reading(reading: str, x: int) -> N
     assert xs(game) == [x]
 
 
-def test_uav_that_has_arrived_leaves_its_rbs_and_voxel() -> None:
-    game = lane_game((0, 1), (3, 0), arrived_uav="leaves")
+@pytest.mark.parametrize(
+    ("reading", "loads", "collided", "rate_mbps"),
+    [("leaves", [0, 1, 0], False, 20.0), ("stays", [1, 1, 0], True, 10.0)],
+)
+def test_uav_that_has_arrived_keeps_its_rbs_and_voxel_if_it_stays(
+    reading: str, loads: list[int], collided: bool, rate_mbps: float
+) -> None:
+    game = lane_game((0, 1), (3, 0), arrived_uav=reading)
     fly(game, 1, 0)
-    assert game.state.cell_load.tolist() == [[0, 1, 0]]
+    assert game.state.cell_load.tolist() == [loads]
     outcome = fly(game, 0, -2)
-    assert outcome.collided.tolist() == [[False, False]]
-    assert outcome.rate_mbps[0] == pytest.approx([0.0, 20.0])
-
-
-def test_uav_that_has_arrived_can_keep_its_rbs_and_voxel() -> None:
-    game = lane_game((0, 1), (3, 0), arrived_uav="stays")
-    fly(game, 1, 0)
-    assert game.state.cell_load.tolist() == [[1, 1, 0]]
-    outcome = fly(game, 0, -2)
-    assert outcome.collided.tolist() == [[False, True]]
-    assert outcome.cell_load.tolist() == [[0, 2]]
-    assert outcome.rate_mbps[0] == pytest.approx([0.0, 10.0])
+    assert outcome.collided.tolist() == [[False, collided]]
+    assert outcome.cell_load.tolist() == [[0, 1 + collided]]
+    assert outcome.rate_mbps[0] == pytest.approx([0.0, rate_mbps])
 
 
 @pytest.mark.parametrize(("reading", "x", "arrived"), [("slot-end", 2, False), ("fly-through", 1, True)])

@@ -50,9 +50,6 @@ def games(draw: st.DrawFn, least_rate_mbps: float = 0.1) -> Game:
     )
 
 
-# Rates
-
-
 def test_a_gbs_with_more_uavs_than_rbs_serves_none_of_them() -> None:
     assert association_rates_mbps(RB_RATE_MBPS, NUM_RBS, [1, 1, 1]).tolist() == [2.0, 2.0, 5.0]  # one RB each
     assert association_rates_mbps(RB_RATE_MBPS, [5, 2], [1, 1, 1]).tolist() == [0.0, 0.0, 0.0]
@@ -84,9 +81,6 @@ def test_every_game_has_an_equilibrium(game: Game) -> None:
     own_mbps = np.moveaxis(rates_mbps.reshape(*[num_gbs] * num_uavs, num_uavs), -1, 0)  # by UAV and joint choice
     stays = [own * (1 + 1e-9) >= own.max(axis=i, keepdims=True) for i, own in enumerate(own_mbps)]
     assert np.all(stays, axis=0).any()
-
-
-# No potential of rates
 
 
 def test_rates_around_a_cycle_of_two_unlike_uavs_do_not_add_up_to_zero() -> None:
@@ -127,9 +121,6 @@ def test_log_rates_add_up_to_zero_around_every_cycle(game: Game, data: st.DataOb
     rates_mbps = association_rates_mbps(game.rb_rate_mbps, game.num_rbs, cycle)
     assume((rates_mbps > 0).all())
     assert cycle_gain(np.log(rates_mbps), (one, other)) == pytest.approx(0.0, abs=1e-9)
-
-
-# The next slot of the real game
 
 
 def test_a_uav_reaches_the_cells_that_one_move_leads_to() -> None:
@@ -188,9 +179,6 @@ def test_no_move_leads_to_a_better_voxel_of_any_cell(scenario: Scenario, seed: i
     for cell, rate_mbps, num_rbs in zip(outcome.cell, outcome.rate_mbps, outcome.num_rbs, strict=True):
         best_mbps[0, cell] = np.maximum(best_mbps[0, cell], rate_mbps / num_rbs)
     np.testing.assert_allclose(one_slot_game(mine, 0).rb_rate_mbps, best_mbps)
-
-
-# What is refused
 
 
 @pytest.mark.parametrize("choice", [[0, 2], [-1, 0], [0.0, 1.0]])

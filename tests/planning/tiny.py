@@ -189,10 +189,7 @@ def every_flight(simulator: Simulator, plan: Plan, uav: int) -> Flown:
 
 
 def best_of_all(situation: Situation, for_welfare: bool) -> tuple[int, float] | None:
-    """Fewest collisions and, with those, the highest utility or welfare in Mbps that any flight of the UAV comes to.
-
-    :return: none if no flight arrives in time
-    """
+    """Fewest collisions and, with those, the highest utility or welfare in Mbps of any flight that arrives in time."""
     simulator, plan, uav, slack = situation
     flown = every_flight(simulator, plan, uav)
     arrived, slots, collisions = flown.arrived[:, uav], flown.slots[:, uav], flown.collisions[:, uav]

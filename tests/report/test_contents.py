@@ -89,8 +89,6 @@ def test_the_json_file_holds_every_table_and_is_valid(
     ("name", "content", "expected"),
     [
         ("evaluation.csv", None, "evaluation.csv"),
-        ("evaluation.csv", "episode,uav\n0,0\n", "evaluation.csv"),
-        ("progress.csv", "nothing\n1\n", "progress.csv"),
         ("paths.csv", "x", "paths.csv"),
         ("finished", "0123456789abcdef\n", "another configuration"),
         ("config.yaml", None, "no config.yaml there: not a run"),

@@ -1,5 +1,7 @@
 """The look of all figures: a method keeps its colour, and small multiples share their axes."""
 
+from collections.abc import Collection
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -15,13 +17,11 @@ def test_a_known_method_keeps_its_colour_whatever_is_beside_it(some: set[str], e
     assert colours(some).items() <= colours(everyone).items()
 
 
-def test_all_methods_of_a_large_recipe_differ_in_colour() -> None:
-    assert len(set(colours([*KNOWN, "mine"]).values())) == len(KNOWN) + 1
-
-
-def test_all_methods_of_the_ladder_differ_in_colour() -> None:
-    beside = ("shortest-path", "forecast", "worst-equilibrium", "welfare", "bound")
-    assert len(set(colours([*LADDER, *beside, "mine"]).values())) == len(LADDER) + len(beside) + 1
+@pytest.mark.parametrize(
+    "known", [KNOWN, [*LADDER, "shortest-path", "forecast", "worst-equilibrium", "welfare", "bound"]]
+)
+def test_all_methods_of_a_large_recipe_and_of_the_ladder_differ_in_colour(known: Collection[str]) -> None:
+    assert len(set(colours([*known, "mine"]).values())) == len(known) + 1
 
 
 def test_planners_are_told_apart_by_line_and_marker_too() -> None:
@@ -47,17 +47,10 @@ def test_no_uav_has_the_colour_of_a_method() -> None:
 @pytest.mark.parametrize(
     ("count", "shape"),
     [
-        (1, (1, 1)),
-        (2, (1, 2)),
-        (4, (1, 4)),
-        (5, (2, 3)),
-        (6, (2, 3)),
-        (7, (2, 4)),
-        (9, (3, 3)),
-        (12, (3, 4)),
+        (1, (1, 1)), (2, (1, 2)), (4, (1, 4)), (5, (2, 3)), (6, (2, 3)), (7, (2, 4)), (9, (3, 3)), (12, (3, 4)),
         (13, (3, 5)),
     ],
-)
+)  # fmt: skip
 def test_panels_are_laid_out_in_even_rows(count: int, shape: tuple[int, int]) -> None:
     figure = Figure()
     axes = panels(figure, count, 2.0, 2.0, "slot", "UAVs")

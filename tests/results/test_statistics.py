@@ -46,9 +46,6 @@ def assert_holds_its_value(interval: Interval) -> None:
     assert interval.low <= interval.value <= interval.high
 
 
-# How an interval is written
-
-
 @pytest.mark.parametrize(
     ("interval", "decimals", "text"),
     [
@@ -60,9 +57,6 @@ def assert_holds_its_value(interval: Interval) -> None:
 )
 def test_an_interval_is_written_with_the_bounds_that_are_known(interval: Interval, decimals: int, text: str) -> None:
     assert interval.text(decimals) == text
-
-
-# Mean over seeds
 
 
 def test_bounds_are_percentiles_of_the_resampled_mean() -> None:
@@ -116,9 +110,6 @@ def test_five_seeds_cover_the_true_mean_less_often_than_the_interval_says() -> N
     assert 0.78 < covered < 0.90
 
 
-# Interquartile mean
-
-
 def test_interquartile_mean_is_the_mean_of_the_middle_half_of_all_scores() -> None:
     # Eight scores: -100, 0 and 7, 999 go; (1 + 2 + 4 + 5) / 4 = 3
     assert interquartile_mean([[999.0, 1.0, 2.0, 0.0], [4.0, 5.0, 7.0, -100.0]]).value == 3.0
@@ -138,9 +129,6 @@ def test_interquartile_mean_keeps_the_missions_of_a_seed_together() -> None:
 @FEW
 def test_interquartile_mean_lies_in_its_interval(scores: Matrix) -> None:
     assert_holds_its_value(interquartile_mean(scores))
-
-
-# Difference of two methods
 
 
 def test_difference_is_the_mean_over_seeds_and_missions() -> None:
@@ -166,9 +154,6 @@ def test_difference_changes_sign_with_the_order(pair: tuple[Matrix, Matrix]) -> 
     assert paired_difference(scores, other).value == pytest.approx(-paired_difference(other, scores).value, abs=1e-9)
 
 
-# Probability of improvement
-
-
 def test_probability_of_improvement_counts_wins_and_half_the_ties_mission_by_mission() -> None:
     # Mission 0: 1=1, 1>0, 2>1, 2>0: 3.5 of 4. Mission 1: 5<6, 5=5, 5<6, 5=5: 1 of 4. (7/8 + 1/4) / 2 = 9/16.
     # Pairs of seeds: 1/4, 3/4 in the first row and 1/2, 3/4 in the second. The least, 1/4, is drawn alone with
@@ -188,9 +173,6 @@ def test_probabilities_of_improvement_of_both_sides_add_up_to_one(pair: tuple[Ma
     there, back = probability_of_improvement(scores, other).value, probability_of_improvement(other, scores).value
     assert 0.0 <= there <= 1.0
     assert there + back == pytest.approx(1.0)
-
-
-# Laws of both comparisons
 
 
 @pytest.mark.parametrize("compare", COMPARISONS)
@@ -222,9 +204,6 @@ def test_order_of_missions_and_seeds_changes_no_interquartile_mean(scores: Matri
     moved = interquartile_mean(scores[:, missions])
     assert moved == pytest.approx(tuple(interquartile_mean(scores)), abs=1e-9, nan_ok=True)
     assert interquartile_mean(scores[seeds]).value == pytest.approx(interquartile_mean(scores).value, abs=1e-9)
-
-
-# What is refused
 
 
 @pytest.mark.parametrize("compare", COMPARISONS)
@@ -274,9 +253,6 @@ def test_welch_intervals_hold_the_true_difference_as_often_as_they_say() -> None
     held = [welch_difference(first, second) for first, second in pairs]
     # 950 of 1,000 expected, standard deviation 7.
     assert 0.925 < np.mean([found.low <= 0.0 <= found.high for found in held]) < 0.985
-
-
-# Difference seed by seed
 
 
 def test_paired_t_interval_by_hand() -> None:

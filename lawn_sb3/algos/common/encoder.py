@@ -4,8 +4,6 @@ The airspace is turned and mirrored so that the UAV's own position lies in one o
 learn one eighth of the game, and their answers are turned back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Literal
 
@@ -80,7 +78,7 @@ class Encoder(nn.Module):
         layout = self.layout
         here, goal = (self.voxels(seen[:, columns]) for columns in (layout.position, layout.destination))
         turn = self._turn(here, goal)
-        place, target = self._turned(here, turn), self._turned(goal, turn)
+        place, target = self.turned(here, turn), self.turned(goal, turn)
         least, clock = seen[:, layout.min_slots] * SLOT_UNIT, seen[:, layout.extra("clock")] * SLOT_UNIT
         steps = (goal - here).abs().sum(dim=1, keepdim=True)
         parts = [
@@ -112,29 +110,11 @@ class Encoder(nn.Module):
         return th.cat([part.float() for part in parts], dim=1), turn
 
     def turn_back(self, answers: th.Tensor, turn: th.Tensor) -> th.Tensor:
-        """Put answers for actions of the turned airspace in the order of the actions as they are.
-
-        :param answers: logits or values of the turned actions [B, A]
-        :param turn: the index of each row's turn [B]
-        :return: the same for the actions [B, A]
-        """
+        """Put answers for actions of the airspace after each row's turn [B] in the order of the actions [B, A]."""
         return answers.gather(1, self.action[turn])
 
-    def turned_position(self, seen: th.Tensor, turn: th.Tensor) -> th.Tensor:
-        """The own position after the turn.
-
-        :param seen: local observations o_i and what else is seen [B, anything]
-        :param turn: the index of each row's turn [B]
-        :return: in voxels [B, 3]
-        """
-        return self._turned(self.voxels(seen[:, self.layout.position]), turn)
-
     def voxels(self, columns: th.Tensor) -> th.Tensor:
-        """Whole voxel coordinates inside the airspace, of observed ones.
-
-        :param columns: coordinates as they are observed [..., 3]
-        :return: voxels [..., 3]
-        """
+        """Whole voxel coordinates inside the airspace, of coordinates as they are observed [..., 3]."""
         whole = (columns * POSITION_UNIT_VOXELS).round().long()
         return th.minimum(whole.clamp(min=0), self.last)
 
@@ -151,7 +131,7 @@ class Encoder(nn.Module):
         at, to = (self.column[:, voxel[:, 0] * length + voxel[:, 1]] for voxel in (here, goal))  # [K, B]
         return (at * columns + to).argmax(dim=0)
 
-    def _turned(self, voxels: th.Tensor, turn: th.Tensor) -> th.Tensor:
+    def turned(self, voxels: th.Tensor, turn: th.Tensor) -> th.Tensor:
         """Voxels [B, 3] or [B, J, 3] as they lie after each row's turn."""
         length = self.grid[1]
         rows = turn.reshape(-1, *(1,) * (voxels.dim() - 2))
@@ -192,7 +172,7 @@ class Encoder(nn.Module):
         """
         at, to = others[:, :, 0], others[:, :, 1]  # [B, J, 3]
         flying = (at != to).any(dim=-1)  # who has arrived is where it headed for
-        at_turned, to_turned = self._turned(at, turn), self._turned(to, turn)
+        at_turned, to_turned = self.turned(at, turn), self.turned(to, turn)
         apart = (at_turned - place[:, None]).abs().sum(dim=-1) + 1000 * (~flying).long()
         order = apart.argsort(dim=1, stable=True)
         rows = th.arange(len(at), device=at.device)[:, None]

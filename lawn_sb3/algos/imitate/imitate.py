@@ -1,7 +1,5 @@
 """Imitation: the actor first learns a planner's moves by cross-entropy, and is then improved by MAPPO."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Double Q-learning for SB3's DQN: the online network picks the next action, the target network judges it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import torch as th

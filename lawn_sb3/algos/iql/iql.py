@@ -1,7 +1,5 @@
 """Independent Q-learning: N of SB3's DQN or QRDQN, one per UAV, in one shared flattened environment."""
 
-from __future__ import annotations
-
 import io
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,7 +17,7 @@ from stable_baselines3.common.save_util import load_from_pkl
 from stable_baselines3.common.type_aliases import GymEnv
 from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
-from lawn_sb3.algos.common.in_time import draw_allowed
+from lawn_sb3.algos.common.in_time import draw_actions
 from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
@@ -182,10 +180,7 @@ class IQL(DQN):
         explore = np.random.random_sample(actions.shape) < self.exploration_rate
         assert isinstance(observation, np.ndarray)
         allowed = self.policy.allowed(th.as_tensor(observation))
-        if allowed is None:
-            drawn: NDArray[np.int64] = np.random.randint(self.action_space.n, size=actions.shape)  # type: ignore[attr-defined]
-        else:
-            drawn = draw_allowed(allowed.cpu().numpy())
+        drawn = draw_actions(allowed, self.action_space.n, actions.shape)  # type: ignore[attr-defined]
         return np.where(explore, drawn, actions), state
 
     def _sample_action(
@@ -195,7 +190,7 @@ class IQL(DQN):
             assert isinstance(self._last_obs, np.ndarray)
             allowed = self.policy.allowed(th.as_tensor(self._last_obs))
             if allowed is not None:
-                drawn = draw_allowed(allowed.cpu().numpy())
+                drawn = draw_actions(allowed, allowed.shape[1], allowed.shape[:1])
                 return drawn, drawn
         return super()._sample_action(learning_starts, action_noise, n_envs)
 

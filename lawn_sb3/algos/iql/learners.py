@@ -1,7 +1,5 @@
 """Which learner goes with which policy class: SB3's DQN with action values, sb3-contrib's QRDQN with quantiles."""
 
-from __future__ import annotations
-
 from sb3_contrib import QRDQN
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3 import DQN

@@ -1,7 +1,5 @@
 """The learners' policies as one: rows of whole games go in, each learner answers for its own slots."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The learners' replays as one: a vector of flat transitions goes in, each learner's own replay gets its slots."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,14 +1,11 @@
 """Which slots of the flattened games belong to which learner, and what it sees of them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
-import numpy as np
 import torch as th
 from gymnasium import spaces
 
-from lawn_sb3.envs.observation import ObservationLayout, Sight
+from lawn_sb3.envs.observation import ObservationLayout, Sight, space_of
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ class LearnerViews:
     def space(self) -> spaces.Box:
         """Gymnasium space of what a learner sees of one slot."""
         extra = self.layout.num_uavs if self.shared else 0
-        return spaces.Box(-np.inf, np.inf, (self.layout.seen(self.sees).stop + extra,), np.float32)
+        return space_of(self.layout.seen(self.sees).stop + extra)
 
     def slots(self, learner: int) -> slice:
         """Where the slots of a learner lie in the vector."""

@@ -1,7 +1,5 @@
 """What SB3's PPO and its relatives lack for CTDE: the layout for the policy, value normalisation, annealed entropy."""
 
-from __future__ import annotations
-
 import io
 from contextlib import nullcontext
 from pathlib import Path

@@ -3,8 +3,6 @@
 UAVs that have arrived wait for their game to end: nobody asks the networks about them, and their slots teach nothing.
 """
 
-from __future__ import annotations
-
 from collections.abc import Generator
 from typing import Any, ClassVar
 

@@ -4,50 +4,34 @@ What an actor sees besides o_i is for a subclass to say, and so whether it looks
 the clock, and all others as they lie around the UAV.
 """
 
-from __future__ import annotations
-
-from collections.abc import Collection
 from typing import Any, ClassVar
 
 import torch as th
 from gymnasium import spaces
-from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
-from lawn_sb3.algos.common.encoder import Encoder, Inputs
+from lawn_sb3.algos.common.framed import Framed
 from lawn_sb3.algos.common.in_time import in_time
-from lawn_sb3.algos.mappo.policies import MaskableCTDEPolicy
-from lawn_sb3.envs.observation import OWN, ObservationLayout, Sight
-from lawn_sb3.scenario import Scenario
+from lawn_sb3.algos.mappo.policies import ActorCriticExtractor, MaskableCTDEPolicy
+from lawn_sb3.envs.observation import OWN, Sight
 
 
-class FramedLayers(nn.Module):
+class FramedLayers(ActorCriticExtractor):
     """All layers of the actor, whose logits are in the order of the actions, and the critic's hidden layers.
 
     :param policy: the policy, which says what is seen
-    :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
-    :param activation_fn: activation of the hidden layers
+    :param net_arch: as for :class:`ActorCriticExtractor`, as is ``activation_fn``
     :param num_actions: A
     """
 
     def __init__(
-        self, policy: FramedPolicy, net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
+        self, policy: "FramedPolicy", net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
     ) -> None:
-        super().__init__()
-        # Bound methods in a plain tuple: the policy must not become a submodule of its own part.
-        self._views = (policy.actor_view, policy.critic_view)
-        self.encoder = policy.make_encoder(policy.sees, policy.looks_at_loads)
-        self.policy_net = nn.Sequential(*create_mlp(self.encoder.width, num_actions, net_arch["pi"], activation_fn))
-        probe = self._views[1](th.zeros(1, policy.layout.flat_dim))
-        self.value_net = nn.Sequential(*create_mlp(probe.shape[1], -1, net_arch["vf"], activation_fn))
-        self.latent_dim_pi, self.latent_dim_vf = num_actions, net_arch["vf"][-1]
-        self.max_slots = policy.scenario.max_slots
+        encoder = policy.make_encoder(policy.sees, policy.looks_at_loads)
+        super().__init__(policy, net_arch, activation_fn, (encoder.width, num_actions))
+        self.encoder, self.scenario = encoder, policy.scenario
         self.reluctance = nn.Parameter(th.tensor(policy.reluctance)) if policy.reluctance else None
-
-    def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
-        """Logits [B, A] and the critic's features [B, latent_dim_vf] of flat observations [B, flat_dim]."""
-        return self.forward_actor(flat), self.forward_critic(flat)
 
     def forward_actor(self, flat: th.Tensor) -> th.Tensor:
         """Logits [B, A] of what the policy sees of flat observations [B, flat_dim]."""
@@ -56,53 +40,23 @@ class FramedLayers(nn.Module):
         logits = self.encoder.turn_back(self.policy_net(features), turn)
         if self.reluctance is None:
             return logits
-        return logits - self.reluctance * ~in_time(self.encoder, seen, self.max_slots, slack=0)
-
-    def forward_critic(self, flat: th.Tensor) -> th.Tensor:
-        """The critic's features [B, latent_dim_vf] of flat observations [B, flat_dim]."""
-        features: th.Tensor = self.value_net(self._views[1](flat))
-        return features
+        return logits - self.reluctance * ~in_time(self.scenario, self.encoder.layout, seen, slack=0)
 
 
-class FramedPolicy(MaskableCTDEPolicy):
+class FramedPolicy(Framed, MaskableCTDEPolicy):
     """An actor over o_i and what else it ``sees``, in the symmetric frame; moves are masked.
 
-    :param observation_space: the flat observation
-    :param action_space: the actions
-    :param lr_schedule: learning rate as a function of the progress remaining
-    :param layout: where o_i and x lie in the flat observation
-    :param scenario: the game, for its airspace, cells and RBs
-    :param symmetric: turn the airspace so that the own position lies in one octant; refused where the scenario has not
-        the symmetries of a square
-    :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
+    :param args: what sb3-contrib's ``MaskableActorCriticPolicy`` takes, as ``kwargs`` and what :class:`Framed` takes
     :param reluctance: what an untrained actor takes off the logits of moves that use up slack, so that it starts from
         flights without a detour in time; trained like a weight; 0 for none
-    :param kwargs: what else sb3-contrib's ``MaskableActorCriticPolicy`` takes
     """
 
-    needs_scenario: ClassVar[bool] = True
     looks_at_loads: ClassVar[bool] = True
     """Whether the actor looks at the cell loads that o_i holds, and at the EMA rate that they leave."""
-    sees: ClassVar[tuple[Sight, ...]] = ("clock",)
 
-    def __init__(
-        self,
-        observation_space: spaces.Box,
-        action_space: spaces.Discrete,
-        lr_schedule: Schedule,
-        layout: ObservationLayout,
-        scenario: Scenario,
-        symmetric: bool = True,
-        inputs: Inputs = "one-hot",
-        reluctance: float = 0.0,
-        **kwargs: Any,
-    ) -> None:
-        self.scenario, self.symmetric, self.inputs, self.reluctance = scenario, symmetric, inputs, reluctance
-        super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
-
-    def make_encoder(self, sees: Collection[Sight], loads: bool = True) -> Encoder:
-        """How what is seen is put to a network; the arguments are those of :class:`Encoder`."""
-        return Encoder(self.scenario, self.layout, sees, loads, symmetric=self.symmetric, inputs=self.inputs)
+    def __init__(self, *args: Any, reluctance: float = 0.0, **kwargs: Any) -> None:
+        self.reluctance = reluctance
+        super().__init__(*args, **kwargs)
 
     def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
         """What the critic sees: o_i, the clock if the actor sees it, and the others as they lie around the UAV.
@@ -121,7 +75,7 @@ class FramedPolicy(MaskableCTDEPolicy):
         others = (itself + th.arange(1, layout.num_uavs, device=local.device)) % layout.num_uavs  # [B, N - 1]
         rows = th.arange(len(local), device=local.device)[:, None]
         places = encoder.voxels(uavs[rows, others, :6].reshape(len(local), -1, 2, 3))
-        place = encoder.turned_position(local, turn)
+        place = encoder.turned(encoder.voxels(local[:, layout.position]), turn)
         return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 
     def _build_mlp_extractor(self) -> None:
@@ -140,5 +94,4 @@ class FramedPolicy(MaskableCTDEPolicy):
         self.optimizer = self.optimizer_class(self.parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
-        own = {name: getattr(self, name) for name in ("scenario", "symmetric", "inputs", "reluctance")}
-        return {**super()._get_constructor_parameters(), **own}
+        return {**super()._get_constructor_parameters(), "reluctance": self.reluctance}

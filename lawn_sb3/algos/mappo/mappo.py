@@ -1,7 +1,5 @@
 """CTDE-MAPPO (Algorithm 1): SB3's PPO over flattened games, with a centralised critic and value normalisation."""
 
-from __future__ import annotations
-
 from stable_baselines3 import PPO
 from stable_baselines3.common.policies import ActorCriticPolicy
 

@@ -4,8 +4,6 @@ What the critic sees is for a subclass to say. The flat observation is cut up he
 handed what its actor may see, and for its critic x besides.
 """
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import torch as th
@@ -26,19 +24,26 @@ class ActorCriticExtractor(nn.Module):
     :param policy: the policy, which says who sees what
     :param net_arch: widths of the hidden layers of the actor (``pi``) and of the critic (``vf``)
     :param activation_fn: activation of the hidden layers
+    :param actor_ends: widths of what the actor's layers are given and answer with, if these are not its view and a
+        hidden layer
     """
 
-    def __init__(self, policy: CTDEViews, net_arch: dict[str, list[int]], activation_fn: type[nn.Module]) -> None:
+    def __init__(
+        self,
+        policy: "CTDEViews",
+        net_arch: dict[str, list[int]],
+        activation_fn: type[nn.Module],
+        actor_ends: tuple[int, int] | None = None,
+    ) -> None:
         super().__init__()
-        # A bound method in a plain tuple: the policy must not become a submodule of its own part.
+        # Bound methods in a plain tuple: the policy must not become a submodule of its own part.
         self._views = (policy.actor_view, policy.critic_view)
-        probe = th.zeros(1, policy.layout.flat_dim)
-        pi = [self._views[0](probe).shape[1], *net_arch["pi"]]
-        vf = [self._views[1](probe).shape[1], *net_arch["vf"]]
-        self.policy_net = nn.Sequential(*create_mlp(pi[0], -1, pi[1:], activation_fn))
-        self.value_net = nn.Sequential(*create_mlp(vf[0], -1, vf[1:], activation_fn))
-        self.latent_dim_pi = pi[-1]
-        self.latent_dim_vf = vf[-1]
+        seen_by_actor, seen_by_critic = (view(th.zeros(1, policy.layout.flat_dim)).shape[1] for view in self._views)
+        given, answer = actor_ends or (seen_by_actor, -1)
+        self.policy_net = nn.Sequential(*create_mlp(given, answer, net_arch["pi"], activation_fn))
+        self.value_net = nn.Sequential(*create_mlp(seen_by_critic, -1, net_arch["vf"], activation_fn))
+        self.latent_dim_pi = actor_ends[1] if actor_ends else [given, *net_arch["pi"]][-1]
+        self.latent_dim_vf = [seen_by_critic, *net_arch["vf"]][-1]
 
     def forward(self, flat: th.Tensor) -> tuple[th.Tensor, th.Tensor]:
         """Features of the actor [B, latent_dim_pi] and of the critic [B, latent_dim_vf]."""
@@ -98,19 +103,11 @@ class CTDEViews(BasePolicy):
         self.value_net = NormalizedValueHead(self.value_net)
 
     def actor_view(self, flat: th.Tensor) -> th.Tensor:
-        """The actor's input, made by :meth:`actor_input` of the columns that the policy says it sees.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: the actor's input [B, anything]
-        """
+        """What :meth:`actor_input` makes of the columns that the policy ``sees`` of flat observations [B, flat_dim]."""
         return self.actor_input(flat[:, self.layout.seen(self.sees)])
 
     def critic_view(self, flat: th.Tensor) -> th.Tensor:
-        """The critic's input, made by :meth:`critic_input` of the same columns and of x.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: the critic's input [B, anything]
-        """
+        """What :meth:`critic_input` makes of the same columns and of x."""
         return self.critic_input(flat[:, self.layout.seen(self.sees)], flat[:, self.layout.state])
 
     def actor_input(self, local: th.Tensor) -> th.Tensor:

@@ -1,7 +1,5 @@
 """An actor with memory: an LSTM over what it sees of its mission, beside a critic without one."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 
@@ -13,7 +11,6 @@ from stable_baselines3.common.type_aliases import Schedule
 from torch import nn
 
 from lawn_sb3.algos.mappo.policies import CTDEViews
-from lawn_sb3.envs.observation import ObservationLayout
 
 
 class View(BaseFeaturesExtractor):
@@ -60,10 +57,9 @@ class RecurrentCTDEPolicy(CTDEViews, RecurrentActorCriticPolicy):
     :param observation_space: the flat observation
     :param action_space: the actions
     :param lr_schedule: learning rate as a function of the progress remaining
-    :param layout: where o_i and x lie in the flat observation
     :param net_arch: widths of the hidden layers, for both or for the actor (``pi``, after its LSTM) and the critic
         (``vf``)
-    :param kwargs: what else sb3-contrib's ``RecurrentActorCriticPolicy`` takes
+    :param kwargs: what else :class:`CTDEViews` and sb3-contrib's ``RecurrentActorCriticPolicy`` take
     """
 
     def __init__(
@@ -71,13 +67,12 @@ class RecurrentCTDEPolicy(CTDEViews, RecurrentActorCriticPolicy):
         observation_space: spaces.Box,
         action_space: spaces.Discrete,
         lr_schedule: Schedule,
-        layout: ObservationLayout,
         net_arch: list[int] | dict[str, list[int]] | None = None,
         **kwargs: Any,
     ) -> None:
         net_arch = {"pi": [256], "vf": [256, 256]} if net_arch is None else net_arch
         kwargs |= {"share_features_extractor": False, "enable_critic_lstm": False}
-        super().__init__(observation_space, action_space, lr_schedule, layout, net_arch, **kwargs)
+        super().__init__(observation_space, action_space, lr_schedule, net_arch=net_arch, **kwargs)
         # sb3-contrib gives both networks the same features; here each has its own view.
         self.pi_features_extractor = View(observation_space, self.actor_view)
         self.vf_features_extractor = View(observation_space, self.critic_view)

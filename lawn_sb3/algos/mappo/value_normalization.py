@@ -5,8 +5,6 @@ advantage estimation never sees the normalisation. When the statistics change, t
 value in reward units changes with them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any

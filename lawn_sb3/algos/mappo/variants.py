@@ -1,7 +1,5 @@
 """CTDE-MAPPO on sb3-contrib's relatives of PPO: with masked actions, and with memory."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from sb3_contrib import MaskablePPO, RecurrentPPO

@@ -1,7 +1,5 @@
 """Joint replay: the flat slots regrouped into games, one joint transition per entry."""
 
-from __future__ import annotations
-
 from collections.abc import Collection
 from typing import Any, NamedTuple
 
@@ -12,7 +10,7 @@ from numpy.typing import NDArray
 from stable_baselines3.common.buffers import ReplayBuffer
 from stable_baselines3.common.vec_env import VecNormalize
 
-from lawn_sb3.envs.observation import ObservationLayout, Sight
+from lawn_sb3.envs.observation import ObservationLayout, Sight, space_of
 
 STORED = ("observations", "next_observations", "actions", "rewards", "dones", "flying", "next_flying")
 """The arrays that hold the transitions."""
@@ -83,7 +81,7 @@ class JointReplayBuffer(ReplayBuffer):
         joint_dim = layout.num_uavs * self.seen.stop + layout.state_dim
         super().__init__(
             buffer_size,
-            spaces.Box(-np.inf, np.inf, (joint_dim,), np.float32),
+            space_of(joint_dim),
             spaces.MultiDiscrete([int(action_space.n)] * layout.num_uavs),
             device,
             n_envs=num_games,

@@ -3,8 +3,6 @@
 How the Qs of a game are mixed into one value during training is for a subclass to say.
 """
 
-from __future__ import annotations
-
 import copy
 from typing import Any, ClassVar
 
@@ -15,10 +13,8 @@ from stable_baselines3.common.torch_layers import create_mlp
 from stable_baselines3.common.type_aliases import PyTorchObs, Schedule
 from torch import nn
 
-from lawn_sb3.algos.common.encoder import Encoder, Inputs
-from lawn_sb3.algos.common.in_time import InTimeQ
+from lawn_sb3.algos.common.in_time import InTimeQ, InTimeValues
 from lawn_sb3.envs.observation import ObservationLayout, Sight
-from lawn_sb3.scenario import Scenario
 
 
 class QMIXPolicy(BasePolicy):
@@ -69,20 +65,12 @@ class QMIXPolicy(BasePolicy):
         self.optimizer = optimizer_class(self.trained_parameters(), lr=lr_schedule(1), **self.optimizer_kwargs)  # type: ignore[call-arg]
 
     def make_q_net(self, num_actions: int) -> nn.Module:
-        """Build the Q-network, called with what a UAV sees [B, anything].
-
-        :param num_actions: A
-        :return: a module that answers with action values [B, A]
-        """
+        """Build the Q-network, from what a UAV sees [B, anything] to action values [B, A]."""
         seen = self.layout.seen(self.sees)
         return nn.Sequential(*create_mlp(seen.stop, num_actions, self.net_arch, self.activation_fn))
 
     def seen(self, flat: th.Tensor) -> th.Tensor:
-        """The columns that the policy says it sees: the Q-network is handed these alone.
-
-        :param flat: flat observations [B, flat_dim]
-        :return: local observations o_i, followed by what else the policy ``sees`` [B, at least local_dim]
-        """
+        """What the Q-network is handed of flat observations [B, flat_dim]: o_i, then what else the policy ``sees``."""
         return flat[:, self.layout.seen(self.sees)]
 
     def action_values(self, flat: th.Tensor) -> th.Tensor:
@@ -162,50 +150,12 @@ class QMIXPolicy(BasePolicy):
         }
 
 
-class InTimeQMIXPolicy(QMIXPolicy):
+class InTimeQMIXPolicy(InTimeValues, QMIXPolicy):
     """The same with a Q-network over o_i and the clock in the symmetric frame, whose moves are in time.
 
-    :param observation_space: the flat observation
-    :param action_space: the actions
-    :param lr_schedule: learning rate as a function of the progress remaining
-    :param layout: where o_i, the clock and x lie in the flat observation
-    :param scenario: the game, for its airspace, cells and RBs
-    :param slack: slots beyond T_i^min in which to arrive; without a number, all moves inside the airspace are allowed
-    :param symmetric: turn the airspace so that the own position lies in one octant
-    :param inputs: places ``one-hot``, or as numbers ``relative`` to the own position
-    :param kwargs: what else :class:`QMIXPolicy` takes
+    Takes what :class:`QMIXPolicy` takes, and what :class:`InTimeValues` and its base do.
     """
-
-    sees = ("clock",)
-    needs_scenario = True
-
-    def __init__(
-        self,
-        observation_space: spaces.Box,
-        action_space: spaces.Discrete,
-        lr_schedule: Schedule,
-        layout: ObservationLayout,
-        scenario: Scenario,
-        slack: int | None = None,
-        symmetric: bool = True,
-        inputs: Inputs = "one-hot",
-        **kwargs: Any,
-    ) -> None:
-        self.scenario, self.slack, self.symmetric, self.inputs = scenario, slack, symmetric, inputs
-        super().__init__(observation_space, action_space, lr_schedule, layout, **kwargs)
 
     def make_q_net(self, num_actions: int) -> InTimeQ:
         """Build the Q-network."""
-        encoder = Encoder(self.scenario, self.layout, self.sees, symmetric=self.symmetric, inputs=self.inputs)
-        hidden = nn.Sequential(*create_mlp(encoder.width, num_actions, self.net_arch, self.activation_fn))
-        return InTimeQ(encoder, hidden, self.scenario.max_slots, self.slack)
-
-    def allowed(self, local: th.Tensor) -> th.Tensor:
-        """Which moves are in time [B, A], by what is seen [B, at least local_dim]."""
-        q_net: Any = self.q_net
-        moves: th.Tensor = q_net.allowed(local)
-        return moves
-
-    def _get_constructor_parameters(self) -> dict[str, Any]:
-        own = {"scenario": self.scenario, "slack": self.slack, "symmetric": self.symmetric, "inputs": self.inputs}
-        return {**super()._get_constructor_parameters(), **own}
+        return self.make_layers(num_actions)

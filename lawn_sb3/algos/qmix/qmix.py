@@ -1,7 +1,5 @@
 """QMIX: Q-learning on the mixed value of a whole game, with SB3's DQN for its loop and settings."""
 
-from __future__ import annotations
-
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,12 +11,12 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.noise import ActionNoise
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.policies import BasePolicy
-from stable_baselines3.common.type_aliases import GymEnv, MaybeCallback, RolloutReturn
+from stable_baselines3.common.type_aliases import GymEnv, RolloutReturn
 from stable_baselines3.common.utils import LinearSchedule, polyak_update
 from stable_baselines3.common.vec_env import VecEnv, unwrap_vec_normalize
 from torch.nn import functional
 
-from lawn_sb3.algos.common.in_time import draw_allowed
+from lawn_sb3.algos.common.in_time import draw_actions
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
 from lawn_sb3.algos.qmix.policies import QMIXPolicy
 from lawn_sb3.game.simulator import Continuation
@@ -152,10 +150,7 @@ class QMIX(DQN):
         assert isinstance(self.action_space, spaces.Discrete)
         flat = th.as_tensor(observation).reshape(-1, observation.shape[-1])
         allowed = self.policy.allowed(self.policy.seen(flat))
-        if allowed is None:
-            other = np.random.randint(self.action_space.n, size=actions.shape)
-        else:
-            other = draw_allowed(allowed.cpu().numpy()).reshape(actions.shape)
+        other = draw_actions(allowed, int(self.action_space.n), actions.shape)
         return np.where(np.random.random(actions.shape) < rate, other, actions)
 
     def _sample_action(
@@ -174,17 +169,10 @@ class QMIX(DQN):
         self.exploration_rate = self.exploration_schedule(self._current_progress_remaining)
         self.logger.record("rollout/exploration_rate", self.exploration_rate)
 
-    def _setup_learn(
-        self,
-        total_timesteps: int,
-        callback: MaybeCallback = None,
-        reset_num_timesteps: bool = True,
-        tb_log_name: str = "run",
-        progress_bar: bool = False,
-    ) -> tuple[int, BaseCallback]:
-        restarts = reset_num_timesteps or self._last_obs is None
-        result = super()._setup_learn(total_timesteps, callback, reset_num_timesteps, tb_log_name, progress_bar)
-        if restarts:
+    def _setup_learn(self, *args: Any, **kwargs: Any) -> tuple[int, BaseCallback]:
+        before = self._last_obs
+        result = super()._setup_learn(*args, **kwargs)
+        if self._last_obs is not before:  # the environment was reset
             self.replay_buffer.start_games()
         self._update_current_progress_remaining(self.num_timesteps, self._total_timesteps)
         self.exploration_rate = self.exploration_schedule(self._current_progress_remaining)

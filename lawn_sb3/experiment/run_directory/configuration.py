@@ -1,7 +1,5 @@
 """``config.yaml`` and ``finished``: what a run was made with, and whether it is the finished run of a cell."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """One CSV file: its columns, writing it, and reading it back whole or saying in one line what is wrong and where."""
 
-from __future__ import annotations
-
 import io
 import reprlib
 import sys
@@ -61,8 +59,13 @@ def whole(about: str, unit: str = "", low: float = -MOST, high: float = MOST) ->
 
 def flag(about: str) -> pa.Column:
     """A column of truth values."""
-    parser = pa.Parser(lambda texts: texts.map({"True": True, "False": False}))
-    return pa.Column("bool", pa.Check.isin([True, False], error="must be True or False"), parser, description=about)
+
+    def parse(texts: pd.Series) -> pd.Series:
+        flags = texts.map({"True": True, "False": False})
+        return flags if flags.hasnans else flags.astype(bool)  # where there are none, pandas cannot tell their type
+
+    check = pa.Check.isin([True, False], error="must be True or False")
+    return pa.Column("bool", check, pa.Parser(parse), description=about)
 
 
 def write_rows(path: Path, rows: pd.DataFrame) -> None:

@@ -3,8 +3,6 @@
 There is one folder per method and seed. All tables are CSV with nine digits.
 """
 
-from __future__ import annotations
-
 from lawn_sb3.experiment.run_directory.csv_file import Columns, flag, number, whole
 from lawn_sb3.scenario import Scenario
 

@@ -5,8 +5,6 @@ since the last record, ``greedy/...`` of greedy play on missions of their own, `
 Stable-Baselines3 records. All but the first may have gaps.
 """
 
-from __future__ import annotations
-
 import csv
 from pathlib import Path
 from typing import Any

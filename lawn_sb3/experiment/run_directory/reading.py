@@ -1,6 +1,9 @@
-"""Reading back the tables of a finished run: each must be whole, and fit the run's other files."""
+"""Reading back the tables of a finished run: each must be whole, and fit the run's other files.
 
-from __future__ import annotations
+All functions take the ``cell`` of the run, and those of tables that must fit its ``evaluation`` what
+:func:`read_evaluation` returned. They give the rows in the order of their keys, and raise a UserError if the file is
+not whole, or belongs to something else.
+"""
 
 from collections.abc import Iterable
 
@@ -33,13 +36,7 @@ TOLERANCE = 1e-6
 
 
 def read_evaluation(cell: Cell, name: str = EVALUATION_FILE) -> pd.DataFrame:
-    """Read the raw rows of an evaluation.
-
-    :param cell: the cell of the run
-    :param name: the file
-    :return: one row per episode and UAV, in this order
-    :raises UserError: if the file is not whole
-    """
+    """Read the raw rows of an evaluation, from the file of that ``name``: one per episode and UAV."""
     game, episodes = cell.scenario, cell.evaluation.episodes
     columns = evaluation_columns(game, episodes)
     rows = read_table(cell.directory / name, columns, episodes * game.num_uavs, EPISODE_KEY)
@@ -47,13 +44,7 @@ def read_evaluation(cell: Cell, name: str = EVALUATION_FILE) -> pd.DataFrame:
 
 
 def read_sampled(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
-    """Read the raw rows of the test missions flown with sampled actions.
-
-    :param cell: the cell of the run
-    :param evaluation: what :func:`read_evaluation` returned
-    :return: rows like those of the evaluation
-    :raises UserError: if the file is not whole, or of other missions
-    """
+    """Read the raw rows of the test missions flown with sampled actions, like those of the evaluation."""
     rows = read_evaluation(cell, SAMPLED_FILE)
     if (rows["min_slots"] != evaluation["min_slots"]).any():
         raise UserError(f"{SAMPLED_FILE} has other missions than {EVALUATION_FILE}: min_slots must be the same in both")
@@ -61,13 +52,7 @@ def read_sampled(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def read_slots(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
-    """Read how many UAVs flew where in each slot.
-
-    :param cell: the cell of the run
-    :param evaluation: what :func:`read_evaluation` returned
-    :return: one row per slot
-    :raises UserError: if the file is not whole, or of another evaluation
-    """
+    """Read how many UAVs flew where: one row per slot."""
     last = int(evaluation["slots"].max())
     columns = slots_columns(cell.scenario, last)
     rows = read_table(cell.directory / SLOTS_FILE, columns, last, ["slot"]).sort_values("slot", ignore_index=True)
@@ -87,13 +72,7 @@ def read_slots(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def read_paths(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
-    """Read where the UAVs of the first episodes flew.
-
-    :param cell: the cell of the run
-    :param evaluation: what :func:`read_evaluation` returned
-    :return: one row per slot and UAV of each traced episode
-    :raises UserError: if the file is not whole, or of another evaluation
-    """
+    """Read where the UAVs of the first episodes flew: one row per slot and UAV of each traced episode."""
     game, chosen = cell.scenario, cell.evaluation
     traced = min(chosen.traced_episodes, chosen.episodes)
     flown = evaluation.loc[evaluation["episode"] < traced, [*EPISODE_KEY, "slots"]]
@@ -114,13 +93,7 @@ def read_paths(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
-    """Read what each UAV could have had by deviating alone.
-
-    :param cell: the cell of the run
-    :param evaluation: what :func:`read_evaluation` returned
-    :return: one row per episode and UAV, in this order
-    :raises UserError: if the file is not whole, or of another evaluation
-    """
+    """Read what each UAV could have had by deviating alone: one row per episode and UAV."""
     game, episodes = cell.scenario, cell.evaluation.episodes
     columns = regret_columns(game, episodes)
     rows = read_table(cell.directory / REGRET_FILE, columns, episodes * game.num_uavs, EPISODE_KEY)
@@ -140,13 +113,7 @@ def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
 
 
 def read_scaling(cell: Cell, scaling: Scaling) -> pd.DataFrame:
-    """Read what a player did among other numbers of UAVs.
-
-    :param cell: the cell of the run
-    :param scaling: what the recipe asks for
-    :return: one row per number of UAVs, in ascending order
-    :raises UserError: if the file is not whole, or of other flights
-    """
+    """Read what a player did among other numbers of UAVs, as the recipe asks by ``scaling``: one row for each."""
     columns = scaling_columns(cell.scenario)
     rows = read_table(cell.directory / SCALING_FILE, columns, len(scaling.num_uavs), ["num_uavs"])
     if sorted(rows["num_uavs"]) != sorted(scaling.num_uavs):

@@ -6,8 +6,6 @@ nobody's position is known, so no collision can be avoided. Only the first move 
 anew in the next slot; the recursion keeps no others, and skips voxels outside the box that the flight can be in.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -15,7 +13,7 @@ from lawn_sb3.game.airspace import Voxel, min_slots
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
-from lawn_sb3.planning.flight import Flight, best_move, longest_flight, overlap
+from lawn_sb3.planning.flight import Flight, best_move, longest_flight, value_slot
 from lawn_sb3.planning.mean_field.sight import bucket
 
 Floats = NDArray[np.float64]
@@ -52,48 +50,12 @@ def expected_flight(
         for s in range(slots, 0, -1):
             weight = slot_weight(beta, slots - s, least, total, horizon)
             ahead = outlook[min(bucket(s), len(outlook) - 1)]
-            _value_slot(rules, low, size, here, there, ahead, s, slots, weight, values[s % 2], values[(s + 1) % 2])
+            now, later, gains_mbps = values[s % 2], values[(s + 1) % 2], -ahead[:, 1]
+            value_slot(rules, low, size, here, there, ahead[:, 0], gains_mbps, s, slots, weight, now, later, None)
         action, value = best_move(rules.actions, size, rules.fly_through, here, there, values[1])
         if worth + value > best.worth_mbps:
             best = Flight(slots, worth + value, action)
     return best
-
-
-@njit
-def _value_slot(
-    rules: Rules,
-    low: Voxel,
-    size: Voxel,
-    position: Voxel,
-    goal: Voxel,
-    ahead: Floats,
-    s: int,
-    slots: int,
-    weight: float,
-    values: Floats,
-    later: Floats,
-) -> None:
-    """V_s of every voxel of the box; voxels are counted from its corner."""
-    cell, rb_rate_mbps, actions, fly_through = rules.cell, rules.rb_rate_mbps, rules.actions, rules.fly_through
-    values[:] = -np.inf
-    reach, left = rules.max_voxel_steps * s, rules.max_voxel_steps * (slots - s)
-    low_x, high_x = overlap(position[0], reach, goal[0], left, size[0])
-    for x in range(low_x, high_x):
-        reach_y, left_y = reach - abs(x - position[0]), left - abs(x - goal[0])
-        low_y, high_y = overlap(position[1], reach_y, goal[1], left_y, size[1])
-        for y in range(low_y, high_y):
-            reach_z, left_z = reach_y - abs(y - position[1]), left_y - abs(y - goal[1])
-            low_z, high_z = overlap(position[2], reach_z, goal[2], left_z, size[2])
-            for z in range(low_z, high_z):
-                following = 0.0
-                if s < slots:
-                    if (x, y, z) == goal:
-                        continue
-                    _, following = best_move(actions, size, fly_through, (x, y, z), goal, later)
-                voxel = low[0] + x, low[1] + y, low[2] + z
-                b = cell[voxel]
-                # the rate at the expected share
-                values[x, y, z] = weight * (ahead[b, 0] * rb_rate_mbps[voxel]) - ahead[b, 1] + following
 
 
 @njit

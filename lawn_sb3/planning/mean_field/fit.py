@@ -6,8 +6,6 @@ UAVs fly differently, which changes the tables again. When neither changes any m
 a fixed point. There may be several, and none is proven to be the best that can be done with what a UAV knows.
 """
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from typing import NamedTuple

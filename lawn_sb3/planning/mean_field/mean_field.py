@@ -5,8 +5,6 @@ the means that it expects. That everybody flies so and the means come true is on
 does not plan for what it will see on its way.
 """
 
-from __future__ import annotations
-
 from typing import ClassVar
 
 import numpy as np

@@ -5,8 +5,6 @@ are told apart by their hash. If the airspace looks the same after it is flipped
 and what was seen in one cell counts for its images too.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

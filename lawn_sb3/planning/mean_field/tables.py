@@ -5,8 +5,6 @@ fewer flights it is over, the more so. From most to least: the sight with the cl
 one cell alone, its load and all the others; nothing. Before anything was seen, a UAV expects every cell for itself.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -116,14 +114,17 @@ def cell_row(cell: int, own: int, sight: Ints, seen_in: int, total: int, told_ap
 @njit
 def find_row(tables: Tables, key: int) -> int:
     """The row of a sight's key; -1 if there is none."""
+    return int(tables.places[_place_of(tables, key)])
+
+
+@njit
+def _place_of(tables: Tables, key: int) -> int:
+    """Where the row of a key is noted; or would be, if nothing is noted there."""
     mask = len(tables.places) - 1
     place = key & mask
-    while tables.places[place] >= 0:
-        row = tables.places[place]
-        if tables.keys[row] == key:
-            return int(row)
+    while tables.places[place] >= 0 and tables.keys[tables.places[place]] != key:
         place = (place + 1) & mask
-    return -1
+    return place
 
 
 @njit
@@ -142,12 +143,9 @@ def add_row(tables: Tables, key: int, parent: int) -> int:
 
     :param parent: the row of those who knew less
     """
-    mask = len(tables.places) - 1
-    place = key & mask
-    while tables.places[place] >= 0:
-        if tables.keys[tables.places[place]] == key:
-            return int(tables.places[place])
-        place = (place + 1) & mask
+    place = _place_of(tables, key)
+    if tables.places[place] >= 0:
+        return int(tables.places[place])
     row = tables.size[0]
     if row == len(tables.keys):
         return -1

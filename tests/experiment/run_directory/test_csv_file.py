@@ -71,6 +71,15 @@ def test_what_is_wrong_is_named_with_its_place(tmp_path: Path, old: str, new: st
     assert expected in read(tmp_path, head + new + tail)
 
 
+def test_a_table_without_rows_has_its_types_too(tmp_path: Path) -> None:
+    """One of flags alone, and one of all kinds."""
+    for columns in ({"done": COLUMNS["done"]}, COLUMNS):
+        (tmp_path / "table.csv").write_text(",".join(columns) + "\n")
+        rows = read_table(tmp_path / "table.csv", columns, 0, ["done"])
+        assert len(rows) == 0
+        assert rows["done"].dtype == bool
+
+
 def test_a_missing_file_a_directory_and_binary_garbage_are_named(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"missing.csv cannot be read: No such file"):
         read_texts(tmp_path / "missing.csv", ())

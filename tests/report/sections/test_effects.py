@@ -14,10 +14,10 @@ from lawn_sb3.report.sections import effects as effects_section
 from lawn_sb3.report.sections import learning_speed
 from lawn_sb3.report.sections.effects import visible_span
 from lawn_sb3.report.table import Table
-from lawn_sb3.results.learning import GREEDY, mean_success
+from lawn_sb3.results.learning import mean_success
 from lawn_sb3.results.pairing import EFFECTS, left_out, pair_up
 from lawn_sb3.results.results import Results
-from tests.handmade import flown, learner, recipe_with, results_of
+from tests.handmade import flown, learner, recipe_with, results_of, trained
 from tests.report.reading import interval_in, numbers_of, picture_in, shown_of, table_in
 
 BUDGET = 1_000
@@ -41,16 +41,6 @@ RECIPE = recipe_with(
 
 def rewards(method: str, *by_seed: float) -> list[pd.DataFrame]:
     return [flown(method, seed, reward=[reward]) for seed, reward in enumerate(by_seed)]
-
-
-def curves(method: str, *by_seed: list[float]) -> pd.DataFrame:
-    """Greedy success of each seed after 100, 200... env steps."""
-    rows = [
-        {"method": method, "seed": seed, "time/env_steps": 100 * (at + 1), GREEDY: value}
-        for seed, values in enumerate(by_seed)
-        for at, value in enumerate(values)
-    ]
-    return pd.DataFrame(rows)
 
 
 def effects(results: Results) -> Table:
@@ -215,7 +205,7 @@ def test_the_figure_has_a_row_for_each_row_of_the_table_and_writes_what_lies_bey
 
 
 def learnt(**by_method: list[list[float]]) -> Results:
-    frames = [curves(method, *seeds) for method, seeds in by_method.items()]
+    frames = [trained(method, *seeds, every=100) for method, seeds in by_method.items()]
     runs = [run for method, seeds in by_method.items() for run in rewards(method, *[1.0] * len(seeds))]
     return results_of(RECIPE, *runs, curves=pd.concat(frames, ignore_index=True))
 

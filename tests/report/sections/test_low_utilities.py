@@ -151,9 +151,6 @@ def test_panels_of_many_methods_stand_below_each_other_so_that_points_stay_apart
         assert len({ax.get_ylabel() for ax in figure.axes}) == 3 - rows  # a panel of its own has an axis of its own
 
 
-# Fairness
-
-
 def test_indices_are_means_over_episodes_by_hand() -> None:
     # Episode 0: utilities 10, 30: Jain 40^2 / (2 * 1000) = 0.8; Gini 2 * 20 / (2 * 2 * 40) = 0.25; the worst has 10.
     # Episode 1: 20, 20: Jain 1, Gini 0, worst 20. Episode 2: nobody arrives: Jain 1, Gini 0, worst 0.
@@ -188,8 +185,6 @@ def test_every_method_of_real_runs_has_a_row(recipe: Recipe, small_cells: list[C
     )
     assert "its 4 UAVs" in table.caption
 
-
-# Fairness against welfare
 
 METHODS = ("random", "shortest-path", "forecast", "welfare")
 

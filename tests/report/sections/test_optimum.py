@@ -92,8 +92,6 @@ def test_equilibria_of_real_runs_are_certified_and_random_play_is_none(
     assert "bound" not in numbers
 
 
-# The price of anarchy
-
 METHODS = ("welfare", "equilibrium", "worst-equilibrium", "bound")
 PLANNERS = recipe_with({key: player(key) for key in METHODS}, seeds=[0], evaluation={"episodes": 2}, regret=True)
 

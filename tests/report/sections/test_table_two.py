@@ -63,8 +63,6 @@ def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> Non
     assert "Share" not in without.caption
 
 
-# Mission by mission
-
 PAIR = recipe_with({"mine": learner("Mine", "centralized_critic"), "paper": learner("Paper's", "state_critic")})
 
 

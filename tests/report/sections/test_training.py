@@ -40,8 +40,6 @@ def test_without_curves_there_are_neither_fig_2_nor_milestones() -> None:
     assert section(without) is None
 
 
-# Milestones
-
 LEARNER = recipe_with({"mappo": learner("CTDE-MAPPO", paper_row="CTDE-MAPPO")})
 ONE = {"method": "mappo", "seed": [0, 0, 1, 1], "time/env_steps": [1000, 2000, 1000, 2000]}
 
