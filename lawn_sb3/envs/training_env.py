@@ -37,9 +37,9 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     ``is_success``, ``utility_mbps``, ``terminal_observation`` and, with ``timeout="truncated"``,
     ``TimeLimit.truncated``.
 
-    The arguments are those of :func:`lawn_sb3.envs.make_vec_env`. A timeout is a terminal state as in Eq. (18),
-    eq:terminal, or a truncation; ``episode`` in an info counts also those terms that are left out of the reward, and a
-    ``team``'s reward is also given to those that wait for their game to restart.
+    The arguments are those of :func:`lawn_sb3.envs.make_vec_env`. A timeout is a terminal state, as in
+    Eq. (18), eq:terminal, or a truncation; ``episode`` in an info counts also those terms that are left out of the
+    reward, and a ``team``'s reward is also given to those that wait for their game to restart.
     """
 
     metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}

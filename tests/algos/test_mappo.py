@@ -17,20 +17,10 @@ from policies.state_critic import StateCriticPolicy
 from tests.algos.small import ROLLOUT, acts, learner, parameters, small_env, some_observations
 
 
-@pytest.fixture(scope="module")
-def trained() -> Any:
-    return learner(ent_coef=0.01).learn(3 * ROLLOUT)
-
-
-@pytest.fixture(scope="module")
-def saved(trained: Any, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("mappo") / "model.zip"
-    trained.save(path)
-    return path
-
-
-def test_a_loaded_model_has_the_statistics_and_values_states_the_same(trained: Any, saved: Path) -> None:
-    loaded: Any = MAPPO.load(saved, device="cpu")
+def test_a_loaded_model_values_states_the_same_and_learns_on_with_its_statistics(tmp_path: Path) -> None:
+    trained = learner(ent_coef=0.01).learn(3 * ROLLOUT)
+    trained.save(tmp_path / "model.zip")
+    loaded: Any = MAPPO.load(tmp_path / "model.zip", env=small_env(), device="cpu")
     head, same, flat = trained.policy.value_net, loaded.policy.value_net, th.as_tensor(some_observations())
     assert head.std.item() > 0.0
     assert (same.mean.item(), same.std.item()) == (head.mean.item(), head.std.item())
@@ -38,15 +28,10 @@ def test_a_loaded_model_has_the_statistics_and_values_states_the_same(trained: A
         mine, theirs = (model.policy.predict_values(flat) for model in (trained, loaded))
     assert mine.std() > 0.0
     assert theirs.equal(mine)
-
-
-def test_a_loaded_model_learns_on_with_its_statistics(saved: Path) -> None:
-    loaded: Any = MAPPO.load(saved, env=small_env(), device="cpu")
     buffer = loaded.rollout_buffer
     loaded.learn(ROLLOUT, reset_num_timesteps=False)
-    head = loaded.policy.value_net
-    assert buffer.value_head is head
-    assert head.mean.item() == pytest.approx(buffer.returns.mean(dtype=np.float64))
+    assert buffer.value_head is loaded.policy.value_net is same
+    assert same.mean.item() == pytest.approx(buffer.returns.mean(dtype=np.float64))
     assert buffer.values.std() > 0.0  # the critic answered in reward units from the first slot on
     assert loaded.ent_coef == 0.01
 

@@ -133,20 +133,12 @@ def test_exploration_falls_and_the_learning_rate_anneals_with_their_schedules() 
     assert updates.tolist() == [0] * 5 + list(range(1, 16))  # the first four vector steps are played at random
 
 
-def test_the_replay_starts_anew_with_the_environment() -> None:
+@pytest.mark.parametrize(("anew", "steps"), [(True, [12, 6]), (False, [6, 18, 12])])
+def test_the_replay_knows_who_flies_whether_learning_starts_anew_or_goes_on(anew: bool, steps: list[int]) -> None:
     env = Countdown()
     model = team(env=env, learning_starts=10_000, buffer_size=600)
-    model.learn(12)
-    assert not model.replay_buffer.now_flying.all()
-    model.learn(6)  # one slot of the second game: UAVs that fly for two are still up
-    np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
-
-
-def test_the_replay_knows_who_flies_when_learning_goes_on() -> None:
-    env = Countdown()
-    model = team(env=env, learning_starts=10_000, buffer_size=600)
-    for slots in (1, 3, 2):
-        model.learn(6 * slots, reset_num_timesteps=False)
+    for count in steps:  # six agent steps a slot
+        model.learn(count, reset_num_timesteps=anew)
         np.testing.assert_array_equal(model.replay_buffer.now_flying, env.clock.slot[:, None] < env.duration)
 
 

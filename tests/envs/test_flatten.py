@@ -245,14 +245,11 @@ def test_masks_are_those_of_the_slots_that_ask(copies: int) -> None:
     assert env.env_method("flying", indices=[-1, 0]) == [False, True]
 
 
-def test_no_gymnasium_wrapper_is_claimed() -> None:
+def test_no_gymnasium_wrapper_is_claimed_and_it_can_be_closed() -> None:
     venv = make_vec_env(SHORT, 2)
     assert venv.env_is_wrapped(VecEnvWrapper) == [False] * 8
     assert venv.env_is_wrapped(VecEnvWrapper, indices=[1, 2]) == [False] * 2
-
-
-def test_the_vector_environment_can_be_closed() -> None:
-    make_vec_env(SHORT, 2).close()
+    venv.close()
 
 
 # --- SB3's own tools -----------------------------------------------------------------------------------------------

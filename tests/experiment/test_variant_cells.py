@@ -50,15 +50,15 @@ def test_a_masked_player_never_flies_against_the_walls_and_another_does(small_ce
 
 
 @pytest.mark.parametrize("policy", ["centralized_critic", "masked", "recurrent", "set_critic"])
-@pytest.mark.parametrize("num_uavs", [1, 3, 9])
-def test_an_actor_flies_with_any_number_of_uavs(small_cell: Cell, tmp_path: Path, policy: str, num_uavs: int) -> None:
+def test_an_actor_flies_with_any_number_of_uavs(tmp_path: Path, policy: str) -> None:
     cell = mappo_cell(tmp_path / policy, policy)
     run_cell(cell, ignore)
-    rows = evaluate(load_player(cell), cell.scenario.changed(num_uavs=num_uavs), 5, 0)
-    assert len(rows) == 5 * num_uavs
+    for num_uavs in (1, 3, 9):
+        rows = evaluate(load_player(cell), cell.scenario.changed(num_uavs=num_uavs), 5, 0)
+        assert len(rows) == 5 * num_uavs
 
 
-def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(small_cell: Cell, tmp_path: Path) -> None:
+def test_an_actor_acts_on_o_alike_whatever_n_it_was_trained_for(tmp_path: Path) -> None:
     """Among nine UAVs, an actor trained with four acts as it does on the same o_i with noise for x."""
     cell = mappo_cell(tmp_path / "run")
     run_cell(cell, ignore)

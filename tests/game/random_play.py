@@ -17,10 +17,8 @@ GBS_GRIDS = [(1, 1), (1, 2), (2, 1), (2, 2), (1, 3), (5, 1)]
 
 @st.composite
 def scenarios(draw: st.DrawFn, /, **fixed: Any) -> Scenario:
-    """Scenarios of up to 6 UAVs and 5 GBSs in up to 5 x 5 x 3 voxels, with all readings.
-
-    Heights of GBSs and of the airspace's floor are whole voxels, so that no GBS lies on a voxel centre.
-    """
+    """Scenarios of up to 6 UAVs and 5 GBSs in up to 5 x 5 x 3 voxels, with all readings."""
+    # Heights of GBSs and of the airspace's floor are whole voxels, so that no GBS lies on a voxel centre.
     size = draw(st.sampled_from([1.0, 7.5, 10.0]))
     floor = draw(st.sampled_from([0.0, 2 * size]))
     width, length, layers = draw(st.integers(2, 5)), draw(st.integers(1, 5)), draw(st.integers(1, 3))

@@ -183,10 +183,7 @@ def test_players_that_draw_nothing_do_not_depend_on_their_seed(make: Callable[[]
 
 
 def with_other_others(simulator: Simulator, i: int, rng: np.random.Generator) -> Simulator:
-    """A game in which UAV i and the loads are the same, and all that o_i does not say about the other UAVs is not.
-
-    They stand anywhere in cells that keep the loads, with other missions, clocks and EMA rates.
-    """
+    """A game in which UAV i and all loads are the same, but not the others' places, missions, clocks and EMA rates."""
     scenario, rules = simulator.scenario, simulator.rules
     other = Simulator(scenario, simulator.num_games, seed=0)
     other.restore(simulator.snapshot())

@@ -80,14 +80,11 @@ def tiny_scenarios(draw: st.DrawFn, /, **fixed: Any) -> Scenario:
 
 @st.composite
 def begun_games(draw: st.DrawFn, /, of: st.SearchStrategy[Scenario]) -> Simulator:
-    """One game at its start, or after some slots of random play: clocks differ then, and UAVs may be done.
-
-    Half of the games have missions that may share a destination, which drawn ones never do.
-    """
+    """One game at its start, or after some slots of random play: clocks differ then, and UAVs may be done."""
     scenario, seed = draw(of), draw(SEEDS)
     rng = np.random.default_rng(seed)
     simulator = Simulator(scenario, 1, seed, draw(st.sampled_from(["mission", "episode"])))
-    if draw(st.booleans()):
+    if draw(st.booleans()):  # drawn missions never share a destination
         simulator.reset(missions=_crossing_missions(scenario, rng))
     for _ in range(draw(st.integers(0, 3))):
         simulator.step(random_actions(simulator, rng))

@@ -8,7 +8,6 @@ import torch as th
 from torch import nn
 
 from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy
-from lawn_sb3.envs import make_vec_env
 from policies.centralized_critic import CentralizedCriticPolicy
 from policies.congestion_blind import CongestionBlindPolicy
 from policies.local_critic import LocalCriticPolicy
@@ -27,11 +26,9 @@ def case_name(case: tuple[type[CTDEPolicy], bool]) -> str:
 
 @pytest.fixture(scope="module", params=CASES, ids=case_name)
 def policy(request: pytest.FixtureRequest) -> CTDEPolicy:
-    """Each policy as it is built and after a little training.
-
-    An untrained one keeps SB3's value layer: MAPPO's answers 0 before the first rollout, whatever the state.
-    """
+    """Each policy as it is built and after a little training."""
     policy_class, trained = request.param
+    # An untrained one keeps SB3's value layer: MAPPO's answers 0 before the first rollout, whatever the state.
     model: MAPPO = learner(policy_class, normalize_value=trained, policy_kwargs={})
     built = (model.learn(3 * ROLLOUT) if trained else model).policy
     assert isinstance(built, CTDEPolicy)
@@ -127,15 +124,3 @@ def test_training_changes_actor_and_critic(policy_class: type[CTDEPolicy]) -> No
     model.learn(3 * ROLLOUT)
     assert not np.allclose(probabilities(model.policy, flat), before[0], atol=1e-6)
     assert not np.allclose(values(model.policy, flat), before[1], atol=1e-3)
-
-
-def test_an_actor_can_be_moved_to_any_number_of_uavs() -> None:
-    """Its input is o_i, as long for every N; only the critic's depends on N."""
-
-    def shapes(num_uavs: int) -> dict[str, tuple[int, ...]]:
-        model = learner(StateCriticPolicy, make_vec_env(SMALL.changed(num_uavs=num_uavs), NUM_GAMES))
-        state = model.policy.state_dict()
-        return {name: tuple(tensor.shape) for name, tensor in state.items() if "policy_net" in name or "action" in name}
-
-    assert shapes(2) == shapes(4)
-    assert len(shapes(2)) == 6
