@@ -1,7 +1,5 @@
 """The commands together, and what each kind of failure ends in."""
 
-from __future__ import annotations
-
 import typer
 
 from lawn_sb3.cli import models, plans, recipes, tools, train
