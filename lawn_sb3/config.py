@@ -1,7 +1,5 @@
 """Reading what users write: YAML files and ``key=value`` changes, checked against a model; mistakes take one line."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """What a user can get wrong, told in one line: what, where, and what is allowed."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable
 

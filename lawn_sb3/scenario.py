@@ -5,8 +5,6 @@ in the paper depends on them. Where the text can be read in more than one way, t
 duration (delta_t) is in no equation of the paper, so it is not a field.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -240,14 +238,14 @@ class Scenario(BaseModel):
         floor = np.array([0.0, 0.0, self.min_altitude_m])
         return floor + (np.asarray(voxel) + 0.5) * self.voxel_size_m
 
-    def changed(self, /, **changes: Any) -> Scenario:
+    def changed(self, /, **changes: Any) -> Self:
         """A copy with some constants changed, validated anew.
 
         :param changes: field names and their new values
         :return: the new scenario
         :raises UserError: if the result would not be a valid scenario
         """
-        return validated(Scenario, {**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
+        return validated(type(self), {**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
 
     @property
     def title(self) -> str:

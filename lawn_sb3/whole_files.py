@@ -1,7 +1,5 @@
 """Writing files so that each is there whole or not at all, also when the disk is full or the writer is ended."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager

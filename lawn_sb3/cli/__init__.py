@@ -1,7 +1,5 @@
 """The command line: ``lawn-sb3``, also ``python -m lawn_sb3``."""
 
-from __future__ import annotations
-
 import sys
 
 

@@ -1,7 +1,5 @@
 """The commands together, and what each kind of failure ends in."""
 
-from __future__ import annotations
-
 import io
 import sys
 

@@ -1,7 +1,5 @@
 """What all commands share: options, how figures and tables are printed, and how a command ends."""
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterator, Mapping

@@ -1,7 +1,5 @@
 """Commands about one finished model or player: evaluate, verify."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

@@ -1,7 +1,5 @@
 """Commands about planners: plan, ceiling."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import time

@@ -1,7 +1,5 @@
 """Commands about whole recipes: reproduce, ablate, report, export, tune."""
 
-from __future__ import annotations
-
 import shutil
 from contextlib import suppress
 from pathlib import Path

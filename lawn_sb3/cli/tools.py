@@ -1,7 +1,5 @@
 """Commands about the game, the paper and the machine: scenario, identify, bench."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Annotated

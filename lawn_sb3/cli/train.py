@@ -1,7 +1,5 @@
 """The command about training one model: train."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from pathlib import Path

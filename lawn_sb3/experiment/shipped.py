@@ -1,7 +1,5 @@
 """The recipes that come with the kit: in ``runs/`` of a checkout, beside the package where it was installed."""
 
-from __future__ import annotations
-
 from importlib.metadata import files
 from pathlib import Path
 

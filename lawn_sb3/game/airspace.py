@@ -1,7 +1,5 @@
 """The airspace: voxels, the action set, moves, missions and the least time they take (Section II-B)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -4,8 +4,6 @@ Numba checks only the file of the compiled function; a change in a function that
 unnoticed. The cache folder is therefore named after the content of all files with compiled functions.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable
 from pathlib import Path

@@ -4,8 +4,6 @@ It is the welfare without the UAV's share of the RBs less the welfare with it, s
 reduced by it is rewarded with what it changes in the welfare: what is good for it is then good for all.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ The welfare, Eq. (10), eq:welfare, does not say who gets what, and the paper lea
 look at the utilities, or any other quantity that is 0 or more, of the N UAVs of one game.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 

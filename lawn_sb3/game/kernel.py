@@ -4,8 +4,6 @@ Each phase loops over all games and takes its arrays out of the named tuples onc
 such access, which inside the loops costs ten times the arithmetic.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lawn_sb3.game.airspace import distance, draw_mission, min_slots, move, stop_at

@@ -1,7 +1,5 @@
 """What a trajectory is worth: EMA rate, utility, welfare, and the four terms of the reward (Sections III and IV-A)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

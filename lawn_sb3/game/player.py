@@ -1,7 +1,5 @@
 """Players choose the actions of all UAVs; all of them are scored by the same evaluation."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import numpy as np

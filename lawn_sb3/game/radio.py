@@ -1,7 +1,5 @@
 """The radio link: nearest-GBS association, cell loads, equal RB shares and rates (Section II-A)."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

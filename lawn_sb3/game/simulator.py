@@ -1,7 +1,5 @@
 """The simulator: G games of N UAVs, advanced together."""
 
-from __future__ import annotations
-
 import copy
 from typing import Any, Literal, NamedTuple, get_args
 

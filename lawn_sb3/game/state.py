@@ -1,7 +1,5 @@
 """The data of the compiled game: a scenario's rules, the state of all games, and what a slot gave."""
 
-from __future__ import annotations
-
 from typing import Literal, NamedTuple, get_args
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which games an algorithm can learn in."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from stable_baselines3.common.type_aliases import GymEnv

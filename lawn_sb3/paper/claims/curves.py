@@ -11,14 +11,11 @@ from lawn_sb3.paper.claims.claim import Finding, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import combine, counted, higher, join, known
 from lawn_sb3.paper.roles import FORMS
-from lawn_sb3.results.learning import WINDOW, smoothed
+from lawn_sb3.results.learning import GREEDY, THRESHOLD, WINDOW, smoothed
 from lawn_sb3.results.statistics import mean_interval
 
-GREEDY = "greedy/success_percent"
 PLAYS = {GREEDY: "greedy", "missions/success_percent": "in training missions"}
 """Column of ``progress.csv`` with a success rate: how it was flown."""
-LEVEL_PERCENT = 95.0
-"""The success that Fig. 2 is said to reach and to keep."""
 
 
 def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series]:
@@ -36,7 +33,7 @@ def curve(evidence: Evidence, role: str, column: str = GREEDY) -> list[pd.Series
 
 def _after_crossing(series: pd.Series) -> pd.Series:
     """The curve from its first value at or above the level on; empty if it never gets there."""
-    above = np.flatnonzero(series.to_numpy() >= LEVEL_PERCENT)
+    above = np.flatnonzero(series.to_numpy() >= THRESHOLD)
     return series.iloc[above[0] :] if len(above) else series.iloc[:0]
 
 
@@ -65,7 +62,7 @@ def success_within_150k(evidence: Evidence) -> Finding:
     return Finding(
         combine(held),
         f"slowest seed of each: {'; '.join(figures)}",
-        f"Every seed has to reach {LEVEL_PERCENT:g} % within {within:,} env steps.",
+        f"Every seed has to reach {THRESHOLD:g} % within {within:,} env steps.",
     )
 
 
@@ -85,7 +82,7 @@ def stable_thereafter(evidence: Evidence) -> Finding:
             seeds = [_after_crossing(own) for own in curve(evidence, role, column)]
             values = np.concatenate([tail.to_numpy() for tail in seeds])
             there = all(len(tail) for tail in seeds)
-            below = int((values < LEVEL_PERCENT).sum())
+            below = int((values < THRESHOLD).sum())
             held.append(there and below == 0)
             parts.append(
                 f"{below} of {len(values)} points below {name}, lowest {values.min():.1f} %"
@@ -95,7 +92,7 @@ def stable_thereafter(evidence: Evidence) -> Finding:
             if not held[-1]:
                 broken.append(f"{evidence.label(role)} {name}")
         figures.append(f"{evidence.label(role)}: {', '.join(parts)}")
-    why = f"No point after a seed's first at {LEVEL_PERCENT:g} % may lie below it"
+    why = f"No point after a seed's first at {THRESHOLD:g} % may lie below it"
     return Finding(combine(held), "; ".join(figures), f"{why}; not so {join(broken)}." if broken else f"{why}.")
 
 

@@ -70,15 +70,11 @@ class Identification:
         }
 
 
-def _silent(done: int, total: int) -> None:
-    """Report nothing."""
-
-
 def identify(
     episodes: int = 2_000,
     seed: int = MISSIONS_SEED,
     others: Mapping[str, Player] = MappingProxyType({}),
-    progress: Callable[[int, int], None] = _silent,
+    progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Identification:
     """Try every candidate.
 

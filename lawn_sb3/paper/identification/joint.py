@@ -7,8 +7,6 @@ one is success and T-bar of Random, which depend on flights alone, and whether t
 could be meant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import product
 from typing import Any, NamedTuple

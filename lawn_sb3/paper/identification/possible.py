@@ -8,7 +8,7 @@ import pandas as pd
 from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.paper.identification.bounds import Floats, Legs, rate_range_mbps, rate_terms_mbps, rewards
 from lawn_sb3.paper.identification.candidates import ALTERNATIVES, PAPER
-from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
+from lawn_sb3.paper.printed_values import LATEST_SLOTS, ROUNDING, TABLE_II
 from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z, standard_error
 
 PRINTED = TABLE_II["CTDE-MAPPO"]
@@ -46,10 +46,9 @@ def bounds_table(legs: Legs, random: Mapping[str, float]) -> pd.DataFrame:
     weights = (PAPER.nav_weight, *ALTERNATIVES["nav_weight"])
     choices = [(PAPER.ema_beta, name, weight) for name in units for weight in weights]
     choices += [(beta, next(iter(units)), PAPER.nav_weight) for beta in betas]
-    latest = PRINTED.makespan_slots + ROUNDING.makespan_slots
     terms_mbps = {
         beta: [
-            rate_terms_mbps(PAPER.changed(ema_beta=beta), legs.min_slots, PRINTED.rate_mbps, latest, largest)
+            rate_terms_mbps(PAPER.changed(ema_beta=beta), legs.min_slots, PRINTED.rate_mbps, LATEST_SLOTS, largest)
             for largest in (False, True)
         ]
         for beta in (PAPER.ema_beta, *betas)

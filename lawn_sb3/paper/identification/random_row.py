@@ -5,7 +5,7 @@ import pandas as pd
 
 from lawn_sb3.paper.identification.bounds import rate_ceiling_mbps
 from lawn_sb3.paper.identification.candidates import LINK_BUDGET, Candidate, TimeReading, link_budget_db
-from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II, PaperRow
+from lawn_sb3.paper.printed_values import LATEST_SLOTS, ROUNDING, TABLE_II, PaperRow
 from lawn_sb3.paper.standard_error import DISFAVOURED_Z, standard_error, verdict
 
 FIGURES = PaperRow._fields
@@ -68,7 +68,7 @@ def random_row(candidate: Candidate, rows: pd.DataFrame, preset_rows: pd.DataFra
     against = [name for name in TESTED if abs(z[name]) > DISFAVOURED_Z]
     row["verdict"] = verdict(max(map(abs, z.values())))
     printed = TABLE_II["CTDE-MAPPO"]
-    ceiling = rate_ceiling_mbps(candidate.scenario, printed.makespan_slots + ROUNDING.makespan_slots)
+    ceiling = rate_ceiling_mbps(candidate.scenario, LATEST_SLOTS)
     if ceiling < printed.rate_mbps - ROUNDING.rate_mbps:
         row["verdict"] = "ruled out"
         against.append(CEILING)

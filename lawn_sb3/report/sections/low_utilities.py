@@ -69,12 +69,13 @@ def section(results: Results) -> Section | None:
     if not joint.methods:
         return None
     table = fairness(joint)
+    by_cause = {cause: _cause_table(joint, cause) for cause in CAUSES}
     parts: dict[str, Table | Picture | None] = {
         "fairness": table,
         "fairness_tradeoff": _tradeoff(joint, table.numbers),
-        "low_utilities": Picture(_by_cause(joint), _cause_caption(joint)),
-        "low_utility_by_load": _cause_table(joint, "co_served"),
-        "low_utility_by_delay": _cause_table(joint, "detour"),
+        "low_utilities": Picture(_by_cause(joint, by_cause), _cause_caption(joint)),
+        "low_utility_by_load": by_cause["co_served"],
+        "low_utility_by_delay": by_cause["detour"],
     }
     return Section("Who got the low utilities", parts)
 
@@ -204,7 +205,7 @@ def _cause_table(results: Results, cause: Cause) -> Table:
     return Table(pd.DataFrame(rows), pd.DataFrame(shown), _cause_caption(results, cause))
 
 
-def _by_cause(results: Results) -> Figure:
+def _by_cause(results: Results, tables: dict[Cause, Table]) -> Figure:
     """A point is the mean utility of a method in a bin, its bar the 95 % interval over seeds."""
     use_house_style()
     palette, looks, methods = colours(results.recipe.methods), markers(results.recipe.methods), results.methods
@@ -213,7 +214,7 @@ def _by_cause(results: Results) -> Figure:
     axes = figure.subplots(*((len(CAUSES), 1) if stacked else (1, len(CAUSES))), sharey=True)
     offsets = np.linspace(-0.4, 0.4, len(methods)) if len(methods) > 1 else np.zeros(1)
     for ax, (cause, text) in zip(axes, CAUSES.items(), strict=True):
-        numbers, names = _cause_table(results, cause).numbers, binned(results, cause)[1]
+        numbers, names = tables[cause].numbers, binned(results, cause)[1]
         for k, (key, method) in enumerate(methods.items()):
             own = numbers[numbers["key"] == key]
             known = own["utility_mbps_low"].notna().to_numpy()

@@ -43,10 +43,12 @@ def section(results: Results) -> Section | None:
     if not len(joint.paths):
         return None
     episode = longest_episode(joint)
-    figures = {"trajectories": _from_above(joint, episode), "trajectories_3d": _in_space(joint, episode)}
-    return Section(
-        "One episode, every method", {name: Picture(figure, _caption(episode)) for name, figure in figures.items()}
-    )
+    caption = _caption(episode)
+    figures = {
+        "trajectories": Picture(_from_above(joint, episode), caption),
+        "trajectories_3d": Picture(_in_space(joint, episode), caption),
+    }
+    return Section("One episode, every method", figures)
 
 
 class Flight(NamedTuple):
