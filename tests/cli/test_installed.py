@@ -24,7 +24,17 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
             shutil.copytree(source, folder / "source" / name, ignore=ignored)
         else:
             shutil.copy(source, folder / "source" / name)
-    pip = [sys.executable, "-m", "pip", "install", "--quiet", "--no-index", "--no-deps", "--no-build-isolation"]
+    pip = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--quiet",
+        "--no-index",
+        "--no-deps",
+        "--no-build-isolation",
+        "--ignore-installed",
+    ]
     subprocess.run([*pip, "--prefix", str(folder / "env"), str(folder / "source")], check=True, capture_output=True)
     return Path(sysconfig.get_path("purelib", vars={"base": str(folder / "env")}))
 
