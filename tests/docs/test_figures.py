@@ -3,14 +3,10 @@
 import csv
 import json
 import re
-import shutil
-from collections import Counter
-from pathlib import Path
 
 import pytest
 
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.tuning import load_search, ranked_trials
 from lawn_sb3.paper.claims import load_claims
 from tests.docs.pages import PAGES, prose, reference, table_rows
 
@@ -131,22 +127,6 @@ def test_more_uavs_than_in_training() -> None:
     )
     assert success["mappo-blind"] == 100.0
     assert collisions["qmix"] / collisions["random"] == pytest.approx(5.0, abs=0.5)
-
-
-def test_the_search_for_settings(tmp_path: Path) -> None:
-    search, _ = load_search(REPOSITORY / "runs" / "tuning.yaml")
-    copied = shutil.copytree(REPOSITORY / "runs" / "tuning", tmp_path / "tuning")  # opening a study adds lines to it
-    trials = ranked_trials(search, copied)
-    iql = trials[trials.method == "iql"]
-    worst = iql.iloc[-1]
-    says("docs/results.md", f"ended at J̄ {worst.reward:.2f}", f"its best at {iql.reward.max():.2f}")
-    assert (worst.settings["gamma"], worst.settings["learning_rate"]) == (0.95, "lin_5e-4")  # the smallest rate
-    tried = {
-        (method, str(sorted(settings.items()))) for method, settings in zip(trials.method, trials.settings, strict=True)
-    }
-    assert Counter(method for method, _ in tried) == dict.fromkeys(["mappo", "iql", "qmix"], 12)  # twelve settings each
-    assert search.trials == 12
-    assert {settings["gamma"] for settings in trials[trials["rank"] == 1].settings} == {0.8}  # at the edge
 
 
 def test_the_rungs_of_the_ladder() -> None:
