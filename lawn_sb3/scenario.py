@@ -281,6 +281,10 @@ PRESETS: dict[str, Scenario] = {
 }
 
 
+FILE_ENDINGS = (".yaml", ".yml")
+"""Of a scenario's file."""
+
+
 def load_scenario(name: str, overrides: Sequence[str] = (), option: str = "--set") -> Scenario:
     """Find a scenario and change some of its constants.
 
@@ -292,7 +296,7 @@ def load_scenario(name: str, overrides: Sequence[str] = (), option: str = "--set
     """
     if name in PRESETS:
         values = PRESETS[name].model_dump()
-    elif Path(name).suffix in {".yaml", ".yml"}:
+    elif Path(name).suffix in FILE_ENDINGS:
         values = {"name": Path(name).stem, **read_yaml_mapping(Path(name), "scenario")}
     else:
         raise unknown_name("scenario", name, [*PRESETS, "a path ending in .yaml"])

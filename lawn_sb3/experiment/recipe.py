@@ -15,7 +15,7 @@ from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, 
 from lawn_sb3.experiment.settings import constructor_arguments
 from lawn_sb3.game.simulator import Continuation, check_fewest
 from lawn_sb3.game.state import RewardTerm
-from lawn_sb3.scenario import Scenario, load_scenario
+from lawn_sb3.scenario import FILE_ENDINGS, PRESETS, Scenario, load_scenario
 
 SHARED = "shared network"
 
@@ -123,7 +123,7 @@ class Recipe(BaseModel):
 
     name: str = Field(description="names the folder runs/NAME")
     title: str = Field("", description="what the report calls it")
-    scenario: str = Field("paper", description="a preset or a YAML file")
+    scenario: str = Field("paper", description="a preset or a YAML file, beside the recipe or where it is run from")
     set: tuple[str, ...] = Field((), description="changes to the scenario, key=value")
     variants: dict[str, tuple[str, ...]] = Field(
         {}, description="changed games: a name and further changes key=value; all methods are run on each"
@@ -198,11 +198,22 @@ def load_recipe(path: Path) -> Recipe:
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
     recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
+    recipe = recipe.model_copy(update={"scenario": _scenario_beside(path, recipe.scenario)})
     try:
         _check_recipe(recipe)
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
     return recipe
+
+
+def _scenario_beside(recipe: Path, name: str) -> str:
+    """A recipe's scenario: a preset, or its file beside the recipe, or in the working directory if only that has it."""
+    if name in PRESETS or Path(name).suffix not in FILE_ENDINGS:
+        return name
+    beside = recipe.parent / name
+    if beside.exists() and not (recipe.exists() and beside.samefile(recipe)):  # which may have the same name
+        return str(beside)
+    return name if Path(name).exists() else str(beside)
 
 
 def _check_policy_fits(method: Method) -> None:

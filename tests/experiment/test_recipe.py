@@ -146,6 +146,33 @@ def test_a_bad_recipe_is_refused_in_one_line(tmp_path: Path, content: object, ex
     assert "\n" not in str(refusal.value)
 
 
+@pytest.mark.parametrize(
+    ("named", "there", "uavs"),
+    [
+        ("game.yaml", {"runs/game.yaml": 3, "game.yaml": 5}, 3),
+        ("../game.yaml", {"game.yaml": 5}, 5),
+        ("game.yaml", {"game.yaml": 5}, 5),  # the working directory's, where the recipe's folder has none
+        ("mine.yaml", {"mine.yaml": 5}, 5),  # not the recipe itself
+    ],
+)
+def test_a_scenario_is_sought_beside_the_recipe_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, named: str, there: dict[str, int], uavs: int
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("runs").mkdir()
+    for path, num_uavs in there.items():
+        Path(path).write_text(f"num_uavs: {num_uavs}\n", encoding="utf-8")
+    recipe = load_recipe(written(Path("runs"), {**GOOD, "scenario": named}))
+    assert recipe.game().num_uavs == uavs
+    assert recipe.game().name == Path(named).stem
+
+
+def test_a_scenario_that_is_nowhere_is_missed_beside_the_recipe(tmp_path: Path) -> None:
+    with pytest.raises(UserError) as refusal:
+        load_recipe(written(tmp_path, {**GOOD, "scenario": "game.yaml"}))
+    assert f"{str(tmp_path / 'game.yaml')!r} cannot be read" in str(refusal.value)
+
+
 def test_the_fingerprint_depends_on_settings_and_seed_but_not_on_labels(small_cell: Cell) -> None:
     relabelled = replace(small_cell, method=small_cell.method.model_copy(update={"label": "another"}))
     assert relabelled.fingerprint() == small_cell.fingerprint()
