@@ -23,6 +23,11 @@ def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = 
     return UserError(f"unknown {what} {path or repr(name)}{hint}; known: {', '.join(options)}")
 
 
+def said(error: BaseException) -> str:
+    """What an error says, in one line with its kind; of bad input, which says all itself, without."""
+    return first_line(error) if isinstance(error, UserError) else f"{type(error).__name__}: {first_line(error)}"
+
+
 def first_line(error: BaseException) -> str:
     """What an error says, in one line; its kind if it says nothing."""
     return next(iter(str(error).strip().splitlines()), type(error).__name__)

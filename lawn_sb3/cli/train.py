@@ -9,7 +9,7 @@ import typer
 
 from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, print_figures, say
 from lawn_sb3.config import parse_overrides
-from lawn_sb3.errors import UserError, unknown_name
+from lawn_sb3.errors import UserError, said, unknown_name
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import standard_errors, summarize
 from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, load_recipe, parse_method
@@ -149,6 +149,4 @@ def _run(cell: Cell, progress: bool) -> None:
         try:
             run_cell(cell, advance)
         except (ArithmeticError, AssertionError, RuntimeError, TypeError, ValueError) as error:
-            reason = next(iter(str(error).splitlines()), "no reason given")
-            where = str(cell.directory)
-            fail(f"training in {where!r} failed: {type(error).__name__}: {reason}; checkpoints are kept", 1)
+            fail(f"training in {str(cell.directory)!r} failed: {said(error)}; checkpoints are kept", 1)

@@ -12,7 +12,7 @@ from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.policy_errors import line_in_own_file, policy_error
+from lawn_sb3.experiment.policy_errors import line_of_user, policy_error
 from lawn_sb3.experiment.registry import find_algorithm
 from lawn_sb3.experiment.settings import constructor_arguments
 
@@ -66,6 +66,6 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     except UserError:
         raise
     except Exception as error:
-        if isinstance(error, NotImplementedError) or line_in_own_file(error, policy) is not None:
+        if isinstance(error, NotImplementedError) or line_of_user(error, policy):
             raise policy_error(error, policy, method.policy) from error
         raise UserError(f"method {cell.key!r}: {method.algo} refuses its settings: {first_line(error)}") from error

@@ -21,6 +21,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
+from lawn_sb3.errors import said
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.train import run_cell
@@ -131,7 +132,7 @@ def _follow(
             if error is None:
                 console.print(f"finished {cell.title}", markup=False)
             else:
-                failures.append(f"{cell.title}: {type(error).__name__}: {error}")
+                failures.append(f"{cell.title}: {said(error)}")
                 console.print(f"failed {failures[-1]}", style="red", markup=False, soft_wrap=True)
         bars.update(total, completed=sum(done_steps.values()))
         if not console.is_terminal and bars.get_time() - last_line > QUIET_SECONDS:

@@ -12,6 +12,7 @@ from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer
+from lawn_sb3.experiment.policy_errors import line_of_user, policy_error
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance
 from lawn_sb3.experiment.registry import find_player
@@ -88,14 +89,19 @@ def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, 
     for name, values in zip(PENDING, checkpoint["pending"] if checkpoint else (), strict=False):
         getattr(model.logger, name).update(values)
     progress(began)
-    model.learn(
-        total_timesteps=method.env_steps * num_uavs - model.num_timesteps,
-        callback=[watch, Checkpoints(cell, watch)],
-        log_interval=None,  # type: ignore[arg-type]  # the watch writes the rows
-        reset_num_timesteps=checkpoint is None,
-    )
-    model.logger.close()
     assert method.policy is not None
+    try:
+        model.learn(
+            total_timesteps=method.env_steps * num_uavs - model.num_timesteps,
+            callback=[watch, Checkpoints(cell, watch)],
+            log_interval=None,  # type: ignore[arg-type]  # the watch writes the rows
+            reset_num_timesteps=checkpoint is None,
+        )
+    except Exception as error:
+        if line_of_user(error, model.policy_class):
+            raise policy_error(error, model.policy_class, method.policy) from error
+        raise
+    model.logger.close()
     check_policy(model, method.policy)  # what training has made of it
     with whole_file(folder / files.MODEL_FILE) as part:
         model.save(part)

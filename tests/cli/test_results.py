@@ -103,3 +103,25 @@ def test_a_training_that_fails_ends_with_one_line_and_status_1(lawn: Lawn) -> No
     said = lawn("train", *small, "-params", "target_kl=abc", "--out", "bad", status=1).err
     assert "training in 'bad' failed" in said
     assert "Traceback" not in said
+
+
+BREAKS_IN_UPDATES = """
+import torch as th
+
+from lawn_sb3.algos.mappo import CTDEPolicy
+
+
+class Late(CTDEPolicy):
+    def critic_input(self, local, state):
+        if len(local) == 48:
+            local = local @ th.zeros(3, 4)
+        return local
+"""
+
+
+def test_a_policy_that_breaks_in_training_is_told_with_its_file_and_line(lawn: Lawn) -> None:
+    Path("policies").mkdir(exist_ok=True)
+    Path("policies/late.py").write_text(BREAKS_IN_UPDATES, encoding="utf-8")
+    small = ["--env-steps", "128", "--num-games", "2", *QUICK, "-params", "batch_size=48", "--no-progress"]
+    said = lawn("train", *small, "--policy", "late", "--out", "late", status=1).err
+    assert "policy 'late' (policies/late.py, line 10): RuntimeError: mat1 and mat2 shapes cannot be" in said

@@ -54,3 +54,7 @@ class NormedCritic(Good):
     def _build_mlp_extractor(self) -> None:
         super()._build_mlp_extractor()
         self.mlp_extractor.value_net.insert(0, nn.BatchNorm1d(self.layout.flat_dim))
+
+
+def wrong_product(local: th.Tensor) -> th.Tensor:
+    return local @ th.zeros(3, 4)

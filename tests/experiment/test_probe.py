@@ -21,7 +21,7 @@ from lawn_sb3.experiment.policy_errors import policy_error
 from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.registry import REPOSITORY, place
 from tests.algos.small import NUM_GAMES, ROLLOUT, SMALL, parameters
-from tests.experiment.probed import Good, Masking, NormedCritic, built
+from tests.experiment.probed import Good, Masking, NormedCritic, built, wrong_product
 
 SHIPPED = sorted(path.stem for path in (REPOSITORY / "policies").glob("[!_]*.py"))
 
@@ -292,6 +292,35 @@ def test_an_error_while_a_policy_is_asked_becomes_one_line_with_file_line_and_re
     line = inspect.getsourcelines(Misspelt.predict_values)[1] + 1
     reason = "AttributeError: 'Misspelt' object has no attribute 'layuot' (did you mean 'layout'?)"
     assert refusal(Misspelt) == f", line {line}): {reason}"
+
+
+class Uneven(Good):
+    """Its critic's input is wider the more rows there are, and so fits the network for one row alone."""
+
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return local[:, : len(local)]
+
+
+class Mismatched(Good):
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return local if len(local) == 1 else local @ th.zeros(3, 4)
+
+
+class Helped(Good):
+    def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
+        return local if len(local) == 1 else wrong_product(local)
+
+
+def test_an_inner_error_of_shapes_names_the_line_that_gave_them() -> None:
+    begin, end = inspect.getsourcelines(Uneven.critic_input)[1], "RuntimeError: mat1 and mat2 shapes cannot be"
+    assert refusal(Uneven).startswith(f", line {begin}, what critic_input gives): {end}")
+    line = inspect.getsourcelines(Mismatched.critic_input)[1] + 1
+    assert refusal(Mismatched).startswith(f", line {line}): {end}")
+
+
+def test_an_error_in_another_file_of_the_user_names_that_file() -> None:
+    line = inspect.getsourcelines(wrong_product)[1] + 1
+    assert refusal(Helped).startswith(f", in tests/experiment/probed.py, line {line}): RuntimeError: mat1")
 
 
 def test_a_users_error_raised_by_a_policy_keeps_its_words() -> None:
