@@ -12,7 +12,7 @@ import numpy as np
 import supersuit
 from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
-from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn
+from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn, tile_images
 
 from lawn_sb3.envs.observation import Extra
 from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
@@ -20,6 +20,9 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario
+
+MOST_PICTURES = 16
+"""Games that are drawn; more would be too small to see."""
 
 
 class FlatVecEnv(VecEnvWrapper):
@@ -94,9 +97,23 @@ class FlatVecEnv(VecEnvWrapper):
         if options:
             raise UserError("the training environment knows no reset options; LawnEnv takes missions by hand")
 
-    def get_images(self) -> Sequence[None]:
-        """No pictures: LawnEnv draws them."""
-        return [None] * self.num_envs
+    def render(self, mode: str | None = None) -> NDArray[np.uint8]:
+        """Draw the first games from above, side by side.
+
+        :param mode: ``rgb_array``, also by default
+        :return: a picture [height, width, 3] of up to 16 games
+        :raises UserError: if the mode is another
+        """
+        if mode not in (None, "rgb_array"):
+            raise UserError(f"render mode {mode!r}: rgb_array alone, a picture as an array")
+        return np.asarray(tile_images(self.get_images()))
+
+    def get_images(self) -> Sequence[NDArray[np.uint8]]:
+        """A picture [480, 480, 3] of each of the first 16 games."""
+        pictures: list[NDArray[np.uint8]] = []
+        for game in self.games:
+            pictures += game.render(MOST_PICTURES - len(pictures))
+        return pictures
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: VecEnvIndices = None, **method_kwargs: Any

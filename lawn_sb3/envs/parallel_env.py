@@ -27,8 +27,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     """One game of N UAVs; each observes o_i, Eq. (12), eq:obs, and ``state()`` is x, Eq. (11), eq:global_state.
 
     ``infos[uav]`` holds ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
-    corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_terms``; positions are in
-    voxels.
+    corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_rate, reward_nav,
+    reward_col, reward_term``, numbers and arrays alone; positions are in voxels, the last four add up to the reward.
 
     :param scenario: the constants of the game; the preset ``paper`` by default
     :param timeout: whether missing the deadline terminates a UAV, as Eq. (18), eq:terminal, has it, or truncates it
@@ -60,6 +60,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         """Displacement in voxels of each action [A, 3]."""
         self.possible_agents = [f"uav_{i}" for i in range(scenario.num_uavs)]
         self.agents: list[str] = []
+        self._trail: list[NDArray[np.int64]] = []
         self.state_space = space_of(self.layout.state_dim)
         self.observation_spaces = {agent: space_of(self.layout.local_dim) for agent in self.possible_agents}
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
@@ -88,6 +89,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             missions = _read_missions(missions)
         self.simulator.reset(seed=seed, missions=missions)
         self.agents = list(self.possible_agents)
+        self._trail = []
         return self._observe(self.agents), {agent: self._first_info(i) for i, agent in enumerate(self.agents)}
 
     def step(
@@ -110,6 +112,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
                 joint[0, index[agent]] = operator.index(actions[agent])
             except TypeError:
                 raise UserError(f"action of {agent} = {actions[agent]!r}: a whole number") from None
+        self._trail.append(self.simulator.state.position[0].copy())
         outcome = self.simulator.step(joint)
         arrived, timed_out = outcome.arrived[0], outcome.timed_out[0]
         truncates = self.timeout == "truncated"
@@ -138,7 +141,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         if self.render_mode == "ansi":
             return draw_text(self.scenario, self.simulator.state)
         if self.render_mode == "rgb_array":
-            return draw_picture(self.scenario, self.simulator.state)
+            return draw_picture(self.scenario, self.simulator.state, trail=self._trail)
         return None
 
     def close(self) -> None:
@@ -167,7 +170,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             "min_slots": int(state.min_slots[0, uav]),
             "ema_rate_mbps": float(state.ema_rate_mbps[0, uav]),
             **{name: values[0, uav].item() for name, values in outcomes.items()},
-            "reward_terms": dict(zip(REWARD_TERMS, terms, strict=True)),
+            **{f"reward_{term}": value for term, value in zip(REWARD_TERMS, terms, strict=True)},
         }
 
 

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
 from lawn_sb3.envs.observation import Extra, Observer, space_of
+from lawn_sb3.envs.rendering import draw_picture
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
 from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
@@ -42,8 +43,8 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     reward, and a ``team``'s reward is also given to those that wait for their game to restart.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": []}
-    render_mode = None
+    metadata: ClassVar[dict[str, Any]] = {"name": "lawn_training_v0", "render_modes": ["rgb_array"]}
+    render_mode = "rgb_array"
     row_per_agent: ClassVar[frozenset[str]] = frozenset({"action_masks", "flying"})
     """Methods that answer with one row per agent."""
 
@@ -157,6 +158,15 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     def _observe(self) -> dict[str, NDArray[np.float32]]:
         flat = self.observer.flat(self.simulator.state)
         return dict(zip(self.agents, flat.reshape(len(self.agents), -1), strict=True))
+
+    def render(self, most: int = 1) -> list[NDArray[np.uint8]]:
+        """Draw the games from above.
+
+        :param most: games that are drawn at most, from the first on
+        :return: one picture [480, 480, 3] for each
+        """
+        state = self.simulator.state
+        return [draw_picture(self.scenario, state, game) for game in range(min(most, len(state.position)))]
 
     def snapshot(self) -> tuple[Snapshot, NDArray[np.float64]]:
         """Copy all that the future depends on: the simulator's snapshot and the rewards accumulated so far."""

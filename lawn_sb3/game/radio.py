@@ -108,6 +108,18 @@ def radio_map(scenario: Scenario) -> RadioMap:
     return RadioMap(cell, rate)
 
 
+def cell_borders(scenario: Scenario) -> Floats:
+    """Where neighbouring voxels of the lowest layer belong to different GBSs.
+
+    :param scenario: the scenario
+    :return: line segments on the ground in metres [B, 2, 2]
+    """
+    cell, size = radio_map(scenario).cell[:, :, 0], scenario.voxel_size_m
+    segments = [[(x + 1, y), (x + 1, y + 1)] for x, y in np.argwhere(cell[1:] != cell[:-1])]
+    segments += [[(x, y + 1), (x + 1, y + 1)] for x, y in np.argwhere(cell[:, 1:] != cell[:, :-1])]
+    return size * np.array(segments, dtype=np.float64).reshape(-1, 2, 2)
+
+
 def rate_unit_mbps(scenario: Scenario) -> float:
     """The unit of rates and utilities inside the rewards (reading ``rate_unit``).
 

@@ -11,6 +11,7 @@ from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, 
 
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
 from lawn_sb3.envs.observation import space_of
+from lawn_sb3.errors import UserError
 from lawn_sb3.game import Simulator
 from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS
@@ -323,3 +324,16 @@ def test_slots_games_and_copies_multiply() -> None:
     assert observations.dtype == np.float32
     assert venv.observation_space == space_of(venv.games[0].layout.flat_dim)
     assert venv.reset_infos == [{}] * 30
+
+
+def test_the_first_games_are_drawn_side_by_side() -> None:
+    drawn = make_vec_env(SHORT, 3, copies=2, seed=0)
+    drawn.reset()
+    picture = drawn.render()
+    assert picture.shape == (3 * 480, 2 * 480, 3)
+    next(play(drawn, 1))
+    assert not np.array_equal(drawn.render(mode="rgb_array"), picture)
+    assert len(make_vec_env(SHORT, 64, seed=0).get_images()) == 16
+    assert VecMonitor(drawn).render().shape == picture.shape  # type: ignore[union-attr]
+    with pytest.raises(UserError, match=r"'human'.*rgb_array"):
+        drawn.render("human")

@@ -6,6 +6,7 @@ import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
 from lawn_sb3.envs import LawnEnv, Observer
+from lawn_sb3.envs.rendering import draw_picture
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS, Scenario
@@ -18,7 +19,8 @@ SCENARIOS = [
 ]
 INFO_KEYS = {
     *("position", "destination", "cell", "cell_load", "num_rbs", "rate_mbps", "ema_rate_mbps", "corrected_rate_mbps"),
-    *("slot", "min_slots", "collided", "arrived", "timed_out", "utility_mbps", "reward_terms"),
+    *("slot", "min_slots", "collided", "arrived", "timed_out", "utility_mbps"),
+    *(f"reward_{term}" for term in REWARD_TERMS),
 }
 
 
@@ -132,7 +134,9 @@ def test_infos_before_the_first_slot_know_the_association_and_have_rated_nothing
 def assert_info(info: dict[str, Any], expected: dict[str, Any], terms: dict[str, float]) -> None:
     """Compare an info to what was worked out by hand, key by key."""
     assert set(info) == INFO_KEYS
-    assert info["reward_terms"] == pytest.approx(terms, rel=1e-9)
+    assert {term: info[f"reward_{term}"] for term in REWARD_TERMS} == pytest.approx(terms, rel=1e-9)
+    for value in info.values():  # trainers of other projects take these for tensors
+        assert isinstance(value, bool | int | float | np.ndarray)
     for key, value in expected.items():
         assert np.asarray(info[key]).tolist() == pytest.approx(value, rel=1e-9), key
         assert isinstance(info[key], bool) == isinstance(value, bool), key
@@ -250,6 +254,23 @@ def test_picture_changes_as_uavs_move_and_only_then() -> None:
     np.testing.assert_array_equal(env.render(), first)
     env.step(moves(env, uav_0=1, uav_1=0))
     assert not np.array_equal(np.asarray(env.render()), first)
+
+
+def test_picture_shows_borders_of_cells_their_loads_and_where_uavs_came_from() -> None:
+    env = corridor_env(render_mode="rgb_array")
+    env.step(moves(env, uav_0=1, uav_1=0))
+    state, trail = env.simulator.state, [ORIGINS]
+    whole = np.asarray(env.render())
+    np.testing.assert_array_equal(draw_picture(CORRIDOR, state, trail=trail), whole)
+    assert not np.array_equal(draw_picture(CORRIDOR, state), whole)
+    turned = state._replace(cell_load=np.array([[0, 7]]))
+    assert not np.array_equal(draw_picture(CORRIDOR, turned, trail=trail), whole)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("lawn_sb3.envs.rendering.cell_borders", lambda scenario: np.zeros((0, 2, 2)))
+        assert not np.array_equal(draw_picture(CORRIDOR, state, trail=trail), whole)
+    env.reset(options={"missions": (ORIGINS, DESTINATIONS)})
+    new = np.asarray(env.render())
+    np.testing.assert_array_equal(new, draw_picture(CORRIDOR, env.simulator.state))  # without the last game's trail
 
 
 def test_nothing_is_drawn_unless_asked_for() -> None:

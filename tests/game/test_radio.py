@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from lawn_sb3.game.radio import (
     achievable_rate_mbps,
+    cell_borders,
     link_distances_m,
     nearest_gbs,
     radio_map,
@@ -16,7 +17,7 @@ from lawn_sb3.game.radio import (
     rb_rate_mbps,
     rb_share,
 )
-from lawn_sb3.scenario import PRESETS
+from lawn_sb3.scenario import PRESETS, Scenario
 
 PAPER = PRESETS["paper"]
 
@@ -85,3 +86,21 @@ def test_rate_unit_is_a_lone_uav_s_rate_or_mbps_or_a_number_of_mbps() -> None:
     assert rate_unit_mbps(PAPER) == pytest.approx(1.8 * math.log2(1 + 10**9.144727), rel=1e-6)
     assert rate_unit_mbps(PAPER.changed(rate_unit="mbps")) == 1.0
     assert rate_unit_mbps(PAPER.changed(rate_unit=27.5)) == 27.5
+
+
+def test_the_papers_cells_are_quarters_of_the_area() -> None:
+    # Four GBSs at the quarter points: borders along x = 50 m and y = 50 m, 10 voxels each.
+    borders = cell_borders(PAPER)
+    assert borders.shape == (20, 2, 2)
+    upright = borders[borders[:, 0, 0] == borders[:, 1, 0]]
+    level = borders[borders[:, 0, 1] == borders[:, 1, 1]]
+    assert (upright[..., 0] == 50.0).all()
+    assert (level[..., 1] == 50.0).all()
+    assert sorted(upright[:, 0, 1]) == sorted(level[:, 0, 0]) == [10.0 * k for k in range(10)]
+
+
+def test_a_border_lies_wherever_neighbours_are_served_by_different_gbss() -> None:
+    game = Scenario(gbs_positions_m=((11.0, 42.0, 0.0), (63.0, 77.0, 0.0), (88.0, 9.0, 0.0)))
+    cell = radio_map(game).cell[:, :, 0]
+    assert len(cell_borders(game)) == (cell[1:] != cell[:-1]).sum() + (cell[:, 1:] != cell[:, :-1]).sum()
+    assert cell_borders(game.changed(gbs_positions_m=((11.0, 42.0, 0.0),))).shape == (0, 2, 2)

@@ -14,7 +14,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import evaluation_missions
-from lawn_sb3.game.radio import radio_map
+from lawn_sb3.game.radio import cell_borders
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, grid_shape, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
@@ -102,14 +102,6 @@ def offsets(scenario: Scenario) -> Floats:
     """
     angle = 2.0 * np.pi * np.arange(scenario.num_uavs) / scenario.num_uavs + 0.3
     return OFFSET_VOXELS * scenario.voxel_size_m * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def cell_borders(scenario: Scenario) -> Floats:
-    """Where neighbouring voxels of the lowest layer belong to different GBSs: line segments in metres [B, 2, 2]."""
-    cell, size = radio_map(scenario).cell[:, :, 0], scenario.voxel_size_m
-    segments = [[(x + 1, y), (x + 1, y + 1)] for x, y in np.argwhere(cell[1:] != cell[:-1])]
-    segments += [[(x, y + 1), (x + 1, y + 1)] for x, y in np.argwhere(cell[:, 1:] != cell[:, :-1])]
-    return size * np.array(segments, dtype=np.float64).reshape(-1, 2, 2)
 
 
 def uav_look(uav: int) -> tuple[str, Literal["-", "--", ":"]]:

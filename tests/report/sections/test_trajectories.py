@@ -10,12 +10,10 @@ from matplotlib.axes import Axes
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.game.radio import radio_map
 from lawn_sb3.report.section import Picture
 from lawn_sb3.report.sections.trajectories import (
     FIRST_SLOTS,
     UAV_COLOURS,
-    cell_borders,
     dot_sizes,
     heading,
     longest_episode,
@@ -24,7 +22,7 @@ from lawn_sb3.report.sections.trajectories import (
     uav_look,
 )
 from lawn_sb3.results.results import Results, read_results
-from lawn_sb3.scenario import PRESETS, Scenario
+from lawn_sb3.scenario import PRESETS
 from tests.handmade import flown, recipe_of, results_of
 from tests.report.reading import picture_in, points_of
 
@@ -86,24 +84,6 @@ def test_paths_lead_from_the_origins_and_arrived_uavs_end_at_their_destination(s
 def test_without_paths_there_is_nothing_to_show(small: Results) -> None:
     bare = results_of(small.recipe, small.episodes)
     assert section(bare) is None
-
-
-def test_the_papers_cells_are_quarters_of_the_area() -> None:
-    # Four GBSs at the quarter points: borders along x = 50 m and y = 50 m, 10 voxels each.
-    borders = cell_borders(PAPER)
-    assert borders.shape == (20, 2, 2)
-    upright = borders[borders[:, 0, 0] == borders[:, 1, 0]]
-    level = borders[borders[:, 0, 1] == borders[:, 1, 1]]
-    assert (upright[..., 0] == 50.0).all()
-    assert (level[..., 1] == 50.0).all()
-    assert sorted(upright[:, 0, 1]) == sorted(level[:, 0, 0]) == [10.0 * k for k in range(10)]
-
-
-def test_a_border_lies_wherever_neighbours_are_served_by_different_gbss() -> None:
-    game = Scenario(gbs_positions_m=((11.0, 42.0, 0.0), (63.0, 77.0, 0.0), (88.0, 9.0, 0.0)))
-    cell = radio_map(game).cell[:, :, 0]
-    assert len(cell_borders(game)) == (cell[1:] != cell[:-1]).sum() + (cell[:, 1:] != cell[:, :-1]).sum()
-    assert cell_borders(game.changed(gbs_positions_m=((11.0, 42.0, 0.0),))).shape == (0, 2, 2)
 
 
 @pytest.mark.parametrize("num_uavs", [1, 2, 4, 6])
