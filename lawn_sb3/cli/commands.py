@@ -2,15 +2,30 @@
 
 import io
 import sys
+from typing import Any
 
 import typer
+from typer.core import TyperGroup
 
 from lawn_sb3.cli import models, plans, recipes, tools, train
 from lawn_sb3.cli.console import fail
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.reproduce import FailedRunsError
 
+
+class Commands(TyperGroup):
+    """All commands; each ends in one line when it is interrupted."""
+
+    def invoke(self, ctx: Any) -> object:
+        """Run one of them."""
+        try:
+            return super().invoke(ctx)
+        except KeyboardInterrupt:
+            fail("interrupted; what was not finished is not kept", 130)
+
+
 app = typer.Typer(
+    cls=Commands,
     help="Train, evaluate and reproduce: game-theoretic trajectory planning of UAV swarms, with Stable-Baselines3.",
     no_args_is_help=True,
     add_completion=False,

@@ -2,6 +2,7 @@
 
 import json
 import sys
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,8 +13,11 @@ import pandas as pd
 import typer
 from rich.console import Console
 from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from lawn_sb3.experiment.plan_episodes import Advance
+from lawn_sb3.experiment.reproduce import QUIET_SECONDS
 from lawn_sb3.scenario import PRESETS
 
 messages = Console(stderr=True)
@@ -103,3 +107,31 @@ def fail(message: str, status: int) -> NoReturn:
     """
     say(f"lawn-sb3: {message}", "red")
     sys.exit(status)
+
+
+@contextmanager
+def progress(unit: str) -> Iterator[Advance]:
+    """Show a bar for each thing that is done; where no bar can be drawn, a line now and then.
+
+    :param unit: what is counted, such as ``games``
+    :return: a function to call after each with what is being done, and how many there are
+    """
+    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn(f"{unit}, left:")
+    bars = Progress(*columns, TimeRemainingColumn(), console=messages, disable=not messages.is_terminal)
+    tasks: dict[str, TaskID] = {}
+    last_line = began = time.monotonic()
+
+    def advance(what: str, total: int) -> None:
+        nonlocal last_line, began
+        if what not in tasks:
+            tasks[what] = bars.add_task(what, total=total)
+            began = time.monotonic()
+        bars.advance(tasks[what])
+        if bars.disable and time.monotonic() - last_line > QUIET_SECONDS:
+            last_line = time.monotonic()
+            done = int(bars.tasks[tasks[what]].completed)
+            left = (last_line - began) * (total - done) / max(done - 1, 1)  # it began as the first was done
+            say(f"{what}: {done} of {total} {unit}, about {left / 60:.0f} min left")
+
+    with bars:
+        yield advance

@@ -2,25 +2,20 @@
 
 import inspect
 import json
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, fail, messages, print_figures, say
+from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, print_figures, progress, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.ceilings import ceilings, earned
 from lawn_sb3.experiment.measures import standard_errors
-from lawn_sb3.experiment.plan_episodes import Advance, make_planner, plan_episodes
+from lawn_sb3.experiment.plan_episodes import make_planner, plan_episodes
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
-from lawn_sb3.experiment.reproduce import QUIET_SECONDS
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.game.player import Player
@@ -72,11 +67,8 @@ def plan(
     given = {key: value for key, value in settings.items() if value is not None}
     if player in PLANNERS and "on_round" in inspect.signature(PLANNERS[player]).parameters:
         given["on_round"] = lambda done, rounds: say(f"fitting: round {done} of {rounds}")
-    try:
-        with _progress() as advance:
-            figures, flights = plan_episodes(player, game, episodes, seed, advance, regret, **given)
-    except KeyboardInterrupt:
-        fail("interrupted: nothing is kept of an unfinished plan", 130)
+    with progress("games") as advance:
+        figures, flights = plan_episodes(player, game, episodes, seed, advance, regret, **given)
     for path, rows in ((rows_file, flights.rows), (paths_file, flights.paths)):
         if path is not None:
             write_rows(path, rows)
@@ -132,27 +124,3 @@ def _without_slack(name: str) -> Player:
     if name not in PLANNERS or "slack" not in inspect.signature(PLANNERS[name]).parameters:
         return find_player(name)
     return make_planner(name, slack=0)
-
-
-@contextmanager
-def _progress() -> Iterator[Advance]:
-    """A bar for each thing that is done, game by game; where no bar can be drawn, a line now and then."""
-    columns = TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("games, left:")
-    bars = Progress(*columns, TimeRemainingColumn(), console=messages, disable=not messages.is_terminal)
-    tasks: dict[str, TaskID] = {}
-    last_line = began = time.monotonic()
-
-    def advance(what: str, total: int) -> None:
-        nonlocal last_line, began
-        if what not in tasks:
-            tasks[what] = bars.add_task(what, total=total)
-            began = time.monotonic()
-        bars.advance(tasks[what])
-        if bars.disable and time.monotonic() - last_line > QUIET_SECONDS:
-            last_line = time.monotonic()
-            done = int(bars.tasks[tasks[what]].completed)
-            left = (last_line - began) * (total - done) / max(done - 1, 1)  # it began as the first game was done
-            say(f"{what}: {done} of {total} games, about {left / 60:.0f} min left")
-
-    with bars:
-        yield advance

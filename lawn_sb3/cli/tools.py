@@ -10,7 +10,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, say
+from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, progress, say
 from lawn_sb3.experiment.benchmark import benchmark
 from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
@@ -33,7 +33,8 @@ def bench(as_json: AsJson = False) -> None:
     """Measure the speed of simulator, vector environment, planning and training, on one core."""
     recipe = load_recipe(shipped_recipe(PAPER_RECIPE))
     method = next(method for method in recipe.methods.values() if method.algo == "mappo")
-    figures = benchmark(method, lambda text: say(f"measuring: {text}"))
+    with progress("parts") as advance:
+        figures = benchmark(method, advance)
     print_figures(figures, as_json, "speed on one core")
 
 

@@ -12,6 +12,8 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.cli.commands import app
+from lawn_sb3.experiment.benchmark import benchmark
+from lawn_sb3.experiment.recipe import parse_method
 from lawn_sb3.experiment.registry import PLANNERS, REPOSITORY
 from lawn_sb3.scenario import PRESETS, load_scenario
 from tests.cli.running import MAPPO, METHODS, QUICK, Lawn, recipe
@@ -116,6 +118,48 @@ def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -
     assert process.returncode == 130
     assert "interrupted" in said
     assert "Traceback" not in said
+
+
+def interrupted(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(
+    ("arguments", "work"),
+    [
+        ("evaluate --player random", "models.fly"),
+        ("verify runs/reference/paper/random/seed-0", "models.verify_run"),
+        ("plan --player welfare", "plans.plan_episodes"),
+        ("ceiling", "plans.ceilings"),
+        ("identify", "tools.identify"),
+        ("bench", "tools.benchmark"),
+        ("report --runs runs/reference/paper", "recipes.build_report"),
+        ("reproduce", "recipes.run_cells"),
+    ],
+)
+def test_an_interrupt_of_any_command_ends_with_one_line_and_status_130(
+    lawn: Lawn, monkeypatch: pytest.MonkeyPatch, arguments: str, work: str
+) -> None:
+    monkeypatch.chdir(REPOSITORY)
+    monkeypatch.setattr("lawn_sb3.cli.recipes._try_methods", lambda todo: None)
+    monkeypatch.setattr(f"lawn_sb3.cli.{work}", interrupted)
+    said = lawn(*arguments.split(), status=130).err
+    assert said.splitlines()[-1].startswith("lawn-sb3: interrupted")
+    assert "Traceback" not in said
+
+
+def test_bench_says_how_far_each_part_is(monkeypatch: pytest.MonkeyPatch) -> None:
+    told: dict[str, int] = {}
+
+    def advance(what: str, total: int) -> None:
+        told[what] = told.get(what, -total) + 1  # 0 once all parts were told
+
+    monkeypatch.setattr("lawn_sb3.experiment.benchmark.PRESETS", {"paper": PRESETS["tiny"]})
+    method = parse_method({**MAPPO, "env_steps": 4_000})
+    figures = benchmark(method, advance)
+    assert min(figures.values()) > 0.0
+    assert len(told) == 5
+    assert set(told.values()) == {0}
 
 
 @pytest.mark.parametrize(
