@@ -4,8 +4,14 @@ from typing import Any
 
 import pandas as pd
 
+from lawn_sb3.experiment.evaluation import evaluate
+from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.paper.identification.candidates import PAPER, PRINTED
+from lawn_sb3.paper.identification.joint import Reading
 from lawn_sb3.paper.identification.random_row import LEAST
+from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.planning import ForecastPlayer, ShortestPathPlayer, WelfarePlayer
+from lawn_sb3.scenario import Scenario
 
 READ = {
     "grid": "airspace (voxels)",
@@ -102,6 +108,57 @@ def examples(games: pd.DataFrame) -> pd.DataFrame:
     for end in (voxels.min(), voxels.max()):
         chosen.append(allowed.index[voxels == end][0])
     return allowed.loc[list(dict.fromkeys(chosen))].drop(columns=["departures", "off"])
+
+
+def as_game(row: pd.Series) -> Scenario:
+    """The game of a row of the joint search, with what was fitted to it."""
+    reading = Reading(*(row[name] for name in Reading._fields))
+    return reading.game(**{name: row[name] for name in ("gbs_layout", "bias_horizon", *FITTED)})
+
+
+def conclusions(chosen: pd.DataFrame, episodes: int, seed: int) -> pd.DataFrame:
+    """What planners earn in some allowed games: which of this kit's conclusions hold in each, without any training.
+
+    :param chosen: games, such as :func:`examples` gives
+    :param episodes: joint episodes of each player
+    :param seed: picks the missions
+    :return: per game J and success of UAVs that fly straight, and the mean utility of these, of a planner that sees o_i
+        (forecast), and of a welfare ascent, which sees everything
+    """
+    rows = []
+    for _, row in chosen.iterrows():
+        game = as_game(row)
+        straight, forecast, welfare = (
+            summarize(evaluate(player, game, episodes, seed))
+            for player in (ShortestPathPlayer(), ForecastPlayer(), WelfarePlayer(starts=1))
+        )
+        figures = {f"straight_{name}": straight[name] for name in ("reward", "success_percent", "utility_mbps")}
+        others = {"forecast_utility_mbps": forecast["utility_mbps"], "welfare_utility_mbps": welfare["utility_mbps"]}
+        rows.append({name: row[name] for name in READ} | figures | others)
+    return pd.DataFrame(rows)
+
+
+def conclusion_findings(table: pd.DataFrame) -> dict[str, str]:
+    """Say in how many of the games each conclusion holds.
+
+    :param table: what :func:`conclusions` returned
+    :return: a sentence by conclusion
+    """
+    if table.empty:
+        return {}
+    printed, straight = TABLE_II["CTDE-MAPPO"], table["straight_utility_mbps"]
+    sight = table["forecast_utility_mbps"] / straight - 1.0
+    network = table["welfare_utility_mbps"] / straight - 1.0
+    beats = (table["straight_reward"] > printed.reward).sum()
+    return {
+        "straight flight": f"earns more than the {printed.reward:g} that the paper prints of CTDE-MAPPO in {beats} of "
+        f"{len(table)} games (J̄ {table['straight_reward'].min():.2f} to {table['straight_reward'].max():.2f}), with at "
+        f"least {table['straight_success_percent'].min():.1f} % success.",
+        "heeding the loads": f"a planner that sees o_i alone earns more utility than straight flight in "
+        f"{(sight > 0).sum()} of {len(table)} games, by {100 * sight.min():.0f} to {100 * sight.max():.0f} %.",
+        "the network": f"joint flights for the welfare earn {100 * network.min():.0f} to {100 * network.max():.0f} % "
+        "more utility than straight flight.",
+    }
 
 
 def _shown(value: Any) -> str:

@@ -16,7 +16,7 @@ import pandas as pd
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game.player import Player, RandomPlayer
-from lawn_sb3.paper.identification.allowed import joint_findings
+from lawn_sb3.paper.identification.allowed import conclusion_findings, conclusions, examples, joint_findings
 from lawn_sb3.paper.identification.bounds import draw_legs
 from lawn_sb3.paper.identification.candidates import PAPER, REWARD_CONSTANTS, candidates
 from lawn_sb3.paper.identification.findings import findings
@@ -55,6 +55,8 @@ class Identification:
     """What each constant alone may be, all others as in the preset."""
     games: pd.DataFrame
     """One row per reading and grid, with the constants fitted to it (:mod:`lawn_sb3.paper.identification.joint`)."""
+    conclusions: pd.DataFrame
+    """One row per example of an allowed game: what planners earn in it."""
     joint_findings: dict[str, str]
     """What holds in all games that the paper's figures are consistent with, and what stays open."""
 
@@ -63,7 +65,9 @@ class Identification:
 
         :return: numbers, texts, and each table as a list of rows; what is not a number is None
         """
-        tables = {name: getattr(self, name) for name in ("random", "linear", "bounds", "others", "games")}
+        tables = {
+            name: getattr(self, name) for name in ("random", "linear", "bounds", "others", "games", "conclusions")
+        }
         return {
             "scenario": PAPER.name,
             "episodes": self.episodes,
@@ -131,12 +135,14 @@ def identify(
     }
     interval = link_budget_interval(random)
     games = joint_search(episodes, seed, lambda done, _: progress(alone + done, total), read)
+    drawn = conclusions(examples(games), min(episodes, TEST_EPISODES), seed) if read else pd.DataFrame()
     return Identification(
         episodes,
         seed,
         link_budget_db=interval,
         findings=findings(**tables, link_budget_db=interval),
         games=games,
-        joint_findings=joint_findings(games) if read else {},
+        conclusions=drawn,
+        joint_findings=(joint_findings(games) | conclusion_findings(drawn)) if read else {},
         **tables,
     )

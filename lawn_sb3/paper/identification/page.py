@@ -68,6 +68,8 @@ def _jointly(result: Identification) -> list[str]:
         "Examples: the preset, for each other reading the consistent game that departs least from the preset, and the "
         "smallest and the largest airspace, with what was fitted.",
         _table(_example_text(result.games), 2),
+        "What planners earn in these games: which conclusions need the preset, and which do not.",
+        _table(_conclusion_text(result.conclusions), 2),
     ]
 
 
@@ -82,6 +84,18 @@ def _example_text(games: pd.DataFrame) -> pd.DataFrame:
     return chosen.assign(grid=grid, success=[f"{value:.1f} ({off:+.1f})" for value, off in z])[
         [*READ, *FITTED, "success"]
     ]
+
+
+def _conclusion_text(conclusions: pd.DataFrame) -> pd.DataFrame:
+    grid = [" x ".join(map(str, one)) for one in conclusions["grid"]]
+    names = {
+        "straight_reward": "J̄, straight flight",
+        "straight_success_percent": "success (%)",
+        "straight_utility_mbps": "U (Mbps), straight flight",
+        "forecast_utility_mbps": "U, forecast",
+        "welfare_utility_mbps": "U, welfare ascent",
+    }
+    return conclusions.assign(grid=grid).rename(columns=names)
 
 
 def _random_text(random: pd.DataFrame) -> pd.DataFrame:

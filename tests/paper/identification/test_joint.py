@@ -6,10 +6,19 @@ import pytest
 
 from lawn_sb3.experiment.evaluation import evaluate, evaluation_games
 from lawn_sb3.game.airspace import moves_inside
-from lawn_sb3.paper.identification.allowed import consistent, examples, joint_findings, success_by_reading
+from lawn_sb3.paper.identification.allowed import (
+    as_game,
+    conclusion_findings,
+    conclusions,
+    consistent,
+    examples,
+    joint_findings,
+    success_by_reading,
+)
 from lawn_sb3.paper.identification.candidates import PAPER, PRINTED
 from lawn_sb3.paper.identification.joint import FeasibleRandomPlayer, Reading, joint_search, readings
 from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.planning import ShortestPathPlayer
 
 AS_PRESET = Reading(PAPER.grid, 3, "clip", "leaves", "slot-end")
 READ = [
@@ -88,3 +97,15 @@ def test_an_example_of_each_reading_departs_from_the_preset_in_that_alone(games:
     stays = chosen[chosen["arrived_uav"] == "stays"].iloc[0]
     assert (stays["grid"], stays["moves"], stays["gbs_layout"]) == (PAPER.grid, "clip", "tile-centres")
     assert examples(games.assign(verdict="ruled out")).empty
+
+
+def test_conclusions_are_drawn_in_the_allowed_games_by_planners(games: pd.DataFrame) -> None:
+    chosen = examples(games).head(2)
+    drawn = conclusions(chosen, 20, 50_000)
+    game = as_game(chosen.iloc[0])
+    straight = evaluate(ShortestPathPlayer(), game, 20, 50_000)
+    assert drawn["straight_reward"][0] == straight["reward"].mean()
+    assert (drawn["welfare_utility_mbps"] > drawn["straight_utility_mbps"]).all()
+    found = conclusion_findings(drawn.assign(straight_reward=[3.0, 3.5]))
+    assert "in 1 of 2 games (J̄ 3.00 to 3.50)" in found["straight flight"]
+    assert conclusion_findings(drawn.head(0)) == {}
