@@ -11,17 +11,21 @@ from rich.progress import Progress
 from rich.table import Table
 
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, progress, say
+from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.benchmark import benchmark
 from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.paper.identification import as_markdown, identify
+from lawn_sb3.report.airspace import airspace_figure
+from lawn_sb3.report.style import save
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 from lawn_sb3.whole_files import write_json, write_text
 
 app = typer.Typer()
 
 WIDE_ENOUGH_FOR_SENTENCES = 120
+PICTURES = (".png", ".pdf", ".svg")
 
 ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
 """Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
@@ -43,12 +47,22 @@ def scenario_command(
     name: Annotated[str, typer.Argument(help=f"{', '.join(PRESETS)}, or the path of a YAML file")] = "paper",
     changes: Changes = [],  # noqa: B006
     as_yaml: Annotated[bool, typer.Option("--yaml", help="print YAML that --scenario FILE.yaml reads")] = False,
+    picture: Annotated[
+        Path | None, typer.Option(help="draw airspace, cells and one mission of each UAV to this .png, .pdf or .svg")
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="picks the missions of the picture")] = 20_000,
 ) -> None:
     """Show every constant of a scenario: value, unit, the paper's symbol, and where the value comes from.
 
     Stated in the paper, inferred from its figures, chosen by this kit, of another preset, or yours.
     """
     chosen = load_scenario(name, changes)
+    if picture is not None:
+        if picture.suffix not in PICTURES:
+            raise UserError(f"--picture {str(picture)!r}: a file that ends in {', '.join(PICTURES)}")
+        save(airspace_figure(chosen, seed), picture.parent, picture.stem, (picture.suffix,))
+        say(f"picture: {picture}")
+        return
     if as_yaml:
         print(chosen.to_yaml(), end="")
         return

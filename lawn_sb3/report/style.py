@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 import seaborn as sns
@@ -17,6 +18,8 @@ from lawn_sb3.results.statistics import Interval
 LineStyle = str | tuple[float, tuple[float, ...]]
 
 OKABE_ITO = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9", "#F0E442")
+NOBODYS = ("#FF9DA7", "#44AA99", "#BCBD22", "#F0E442")
+"""Colours that no known method has, for those beside it."""
 KNOWN = {
     "random": "#7F7F7F",
     "shortest-path": "#333333",
@@ -65,14 +68,27 @@ LINES: dict[str, LineStyle] = {
 MARKERS = "osD^vPX*<>hdp8H"
 ENV_STEPS = "env steps (joint slots of one game)"
 """Label of an axis."""
+DATED = {".png": ("Software",), ".pdf": ("CreationDate", "Producer", "Creator"), ".svg": ("Date", "Creator")}
+"""What each kind of picture says of its making, which is left out."""
 MOST_PANELS_A_ROW = 4
 MOST_ROWS = 3
 """With more panels than these rows hold, rows take one more."""
 
 
 def colours(methods: Iterable[str]) -> dict[str, str]:
-    """The colour of each method: known ones have their own, others those that are left, in order."""
-    return _dealt(methods, COLOURS, OKABE_ITO)
+    """The colour of each method: known ones have their own, others beside them in order what no known one has."""
+    methods = list(methods)
+    spare = (*NOBODYS, *OKABE_ITO) if any(key in COLOURS for key in methods) else OKABE_ITO
+    return _dealt(methods, COLOURS, spare)
+
+
+def mark_cut(ax: Axes, x: bool = False, y: bool = False) -> None:
+    """Mark axes that do not begin where the quantity does by two strokes across their lower end."""
+    boxed: dict[str, Any] = {"bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6}, "transform": ax.transAxes}
+    if x:
+        ax.text(0.03, 0.0, "//", ha="center", va="center", fontsize="medium", color="0.2", zorder=6, **boxed)
+    if y:
+        ax.text(0.0, 0.05, "//", ha="center", va="center", rotation=-90, fontsize="medium", color="0.2", **boxed)
 
 
 def line_of(method: str) -> LineStyle:
@@ -99,10 +115,10 @@ def use_house_style() -> None:
     mpl.rcParams.update({"figure.dpi": 150, "savefig.dpi": 150, "axes.titlesize": "medium", "svg.hashsalt": "lawn"})
 
 
-def save(figure: Figure, folder: Path, name: str) -> None:
-    """Save a figure as PNG and PDF under a file name without ending; equal figures give equal bytes."""
-    figure.savefig(folder / f"{name}.png", metadata={"Software": None})
-    figure.savefig(folder / f"{name}.pdf", metadata={"CreationDate": None, "Producer": None, "Creator": None})
+def save(figure: Figure, folder: Path, name: str, endings: Iterable[str] = (".png", ".pdf")) -> None:
+    """Save a figure under a file name without ending; equal figures give equal bytes."""
+    for ending in endings:
+        figure.savefig(folder / f"{name}{ending}", metadata=dict.fromkeys(DATED[ending]))
 
 
 def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:

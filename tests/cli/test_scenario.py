@@ -1,5 +1,7 @@
 """The command that shows a scenario."""
 
+from pathlib import Path
+
 import pytest
 from typer.testing import CliRunner
 
@@ -15,3 +17,12 @@ def test_a_shown_scenario_fits_the_window_and_says_where_each_value_is_from(colu
     sources = {"num_uavs": "yours", "width_voxels": "preset", "max_slots": "stated", "tx_power_dbm": "inferred"}
     assert all(source in rows[key] for key, source in sources.items())
     assert ("deadline" in shown) == explained
+
+
+def test_a_scenario_is_drawn_where_asked(tmp_path: Path) -> None:
+    for ending in (".png", ".pdf", ".svg"):
+        file = tmp_path / f"mine{ending}"
+        assert CliRunner().invoke(app, ["scenario", "tiny", "--picture", str(file)]).exit_code == 0
+        assert file.stat().st_size > 1_000
+    refused = CliRunner().invoke(app, ["scenario", "tiny", "--picture", "mine.docx"]).exception
+    assert ".png, .pdf, .svg" in str(refused)

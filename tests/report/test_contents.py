@@ -23,7 +23,7 @@ NEEDS_UAVS_THAT_MEET = {
     "low_utility_by_delay", "trajectories", "trajectories_3d",
 }  # fmt: skip
 NEEDS_LEARNERS = {"fig2_convergence", "first_crossing", "nearest_to_paper", "sampling"}
-ALWAYS = {"table1", "table2", "claims_headlines", "claims_summary", "claims", "fig3_utility_cdf"}
+ALWAYS = {"fig1_system_model", "table1", "table2", "claims_headlines", "claims_summary", "claims", "fig3_utility_cdf"}
 
 
 def reported(recipe: Recipe, runs: list[Cell], folder: Path) -> str:

@@ -78,3 +78,9 @@ def test_a_panel_is_headed_by_a_mark_in_the_methods_colour() -> None:
     assert legend is not None
     assert legend.get_texts()[0].get_text() == "QMIX"
     assert legend.get_patches()[0].get_facecolor()[:3] == to_rgb("#009E73")
+
+
+def test_methods_beside_known_ones_have_no_known_colour() -> None:
+    flown = colours(["random", "shortest-path", "qmix", "mappo", "mappo-blind", "one", "two", "three"])
+    assert not {flown[key] for key in ("one", "two", "three")} & {*COLOURS.values()}
+    assert len(set(flown.values())) == len(flown)
