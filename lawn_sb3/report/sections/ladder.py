@@ -10,7 +10,7 @@ from lawn_sb3.envs.observation import broadcast_bits
 from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, line_of, markers, use_house_style
+from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, line_of, mark_cut, markers, use_house_style
 from lawn_sb3.report.table import Table, row_of, sample_of, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
@@ -127,6 +127,7 @@ def _figure(results: Results) -> Figure:
     ax.set_xlim(-0.5, len(rungs) - 0.5)
     ax.set_xlabel("what a UAV knows, and what each has to broadcast in every slot for it")
     ax.set_ylabel(UTILITY.axis_label)
+    mark_cut(ax, y=True)
     handles = [
         Line2D([], [], color=palette[key], marker=signs[key], linestyle="", label=_label_of(method))
         for key, method in points.items()
@@ -180,6 +181,8 @@ def _learning(results: Results) -> Picture | None:
                 sns.lineplot(own, x="env_steps", y=column, ax=ax, legend=False, **style)
         ax.set(xlabel=ENV_STEPS, ylabel=text)
         in_thousands(ax)
+        if ax.get_ylim()[0] > 0.0:
+            mark_cut(ax, y=True)
     for key, method in results.methods.items():
         if method.player in LOW_LIMITS and UTILITY_CURVE in shown:
             _limit_line(figure.axes[0], results, key, palette[key], inside=True)

@@ -2,12 +2,13 @@
 
 import math
 from itertools import pairwise
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from lawn_sb3.experiment.run_directory.reading import TOLERANCE
@@ -15,7 +16,7 @@ from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
 from lawn_sb3.report.bins import co_served_bounds
 from lawn_sb3.report.cdf import planners
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import colours, error_bars, legend_below, markers, use_house_style
+from lawn_sb3.report.style import colours, error_bars, legend_below, mark_cut, markers, use_house_style
 from lawn_sb3.report.table import Table, interval_columns, interval_of, row_of, sample_of, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
@@ -41,6 +42,7 @@ FAR_OFF = 0.5
 """A method with less than this share of the highest mean utility would squeeze all others into a corner."""
 TRADEOFF = (
     "Fairness against mean utility; means over the episodes and seeds with 95 % bootstrap intervals over seeds. "
+    "Axes do not begin at 0 (//). "
     "Further to the right the UAVs of an episode have more on average, that is more welfare; further up they have "
     "it more evenly (a), or the one with the least has more (b). A method with another one above and to the right "
     "of it is worse in both. Line in (b): for each mission one joint flight picked out of those of all methods and "
@@ -136,14 +138,15 @@ def _tradeoff(results: Results, numbers: pd.DataFrame) -> Picture:
     figure = Figure(figsize=(10, 3.8 * len(rows)), layout="constrained")
     axes = figure.subplots(len(rows), len(PANELS), squeeze=False)
     for k, shown in enumerate(rows):
-        for ax, letter, (column, text) in zip(axes[k], "ab", PANELS.items(), strict=True):
+        for ax, letter, (column, text) in zip(axes[k], "abcd"[2 * k :], PANELS.items(), strict=False):
             _draw_points(ax, results, shown, column)
             ax.set(xlabel=UTILITY, ylabel=text, title=f"({letter}){CLOSER if k else ''}")
+            mark_cut(ax, x=True, y=True)
     (line,) = axes[0, 1].plot(*frontier(results).T, color="0.2", linewidth=1.5, zorder=1)
     handles = [*axes[0, 0].get_legend_handles_labels()[0], line]
     line.set_label(FRONTIER)
     legend_below(figure, handles, 2.4)
-    again = " Bottom: the same without the planners." if len(rows) > 1 else ""
+    again = " (c, d): the same without the planners." if len(rows) > 1 else ""
     return Picture(figure, f"{TRADEOFF}{again}{_far_off(off)}")
 
 
@@ -232,7 +235,14 @@ def _by_cause(results: Results, tables: dict[Cause, Table]) -> Figure:
         ax.set_xlabel(text)
         if stacked or cause == "co_served":
             ax.set_ylabel(UTILITY)
-    legend_below(figure, figure.axes[0].get_legend_handles_labels()[0], 2.4)
+    handles = [
+        Line2D([], [], marker=looks[key], color=palette[key], markersize=5, linestyle="", label=method.label)
+        for key, method in methods.items()
+    ]
+    if any(table.numbers["utility_mbps_low"].isna().any() for table in tables.values()):
+        look: dict[str, Any] = {"color": "0.3", "markerfacecolor": "white", "markersize": 5}
+        handles.append(Line2D([], [], marker="o", linestyle="", label="hollow: of one seed alone", **look))
+    legend_below(figure, handles, 2.4)
     return figure
 
 

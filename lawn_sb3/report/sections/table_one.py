@@ -6,35 +6,10 @@ import pandas as pd
 
 from lawn_sb3.paper.printed_values import TABLE_I
 from lawn_sb3.report.section import Section
+from lawn_sb3.report.symbols import symbol_of
 from lawn_sb3.report.table import Table, latex_text
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario
-
-SYMBOLS = {
-    "-": ("–", "--"),
-    "N": ("N", "$N$"),
-    "W": ("W", "$W$"),
-    "L": ("L", "$L$"),
-    "M": ("M", "$M$"),
-    "Delta_s": ("Δ_s", r"$\Delta_s$"),
-    "h_min": ("h_min", r"$h_{\min}$"),
-    "h_max": ("h_max", r"$h_{\max}$"),
-    "v_max": ("v_max", r"$v_{\max}$"),
-    "T_max": ("T_max", r"$T_{\max}$"),
-    "g_b": ("g_b", r"$\mathbf{g}_b$"),
-    "K_b": ("K_b", "$K_b$"),
-    "Delta f": ("Δf", r"$\Delta f$"),
-    "alpha": ("α", r"$\alpha$"),
-    "P_tx": ("P_tx", r"$P_{\mathrm{tx}}$"),
-    "beta_0": ("β_0", r"$\beta_0$"),
-    "sigma^2": ("σ²", r"$\sigma^2$"),
-    "beta": ("β", r"$\beta$"),
-    "omega": ("ω", r"$\omega$"),
-    "rho_col": ("ρ_col", r"$\rho_{\mathrm{col}}$"),
-    "r_fail": ("r_fail", r"$r_{\mathrm{fail}}$"),
-    "T-bar": ("T̄", r"$\bar{T}$"),
-}
-"""Symbols of the scenario's fields: as text and in LaTeX."""
 
 HEADINGS = ("Symbol", "Constant", "Value", "Unit", "Source", "Paper's Table I", "What it is")
 
@@ -50,17 +25,14 @@ def section(results: Results) -> Section:
     marks = numbers["differs"].map({True: " †", False: ""})
     readable = numbers.assign(value=numbers["value"].map(_text) + marks).drop(columns="differs")
     texts = dict(zip(HEADINGS, (readable[column] for column in readable), strict=True))
-    shown = pd.DataFrame({**texts, "Symbol": numbers["symbol"].map(lambda symbol: _pair(symbol)[0])})
-    latex = pd.DataFrame(texts).map(latex_text).assign(Symbol=numbers["symbol"].map(lambda symbol: _pair(symbol)[1]))
+    symbols = numbers["symbol"].map(symbol_of)
+    shown = pd.DataFrame({**texts, "Symbol": symbols.map(lambda symbol: symbol.text)})
+    latex = pd.DataFrame(texts).map(latex_text).assign(Symbol=symbols.map(lambda symbol: symbol.latex))
     caption = (
         f"Constants and readings of the scenario {game.title}. Source: stated in the paper, inferred from the figures "
         "it prints, or chosen here. †: differs from the value that the paper's Table I prints."
     )
     return Section("Table I: constants", {"table1": Table(numbers, shown, caption, latex)})
-
-
-def _pair(symbol: str) -> tuple[str, str]:
-    return SYMBOLS.get(symbol, (symbol, latex_text(symbol)))
 
 
 def _row(game: Scenario, name: str) -> dict[str, object]:

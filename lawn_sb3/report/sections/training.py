@@ -11,15 +11,25 @@ from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, use_house_style
+from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, mark_cut, use_house_style
 from lawn_sb3.report.table import Table, row_of, table_of
 from lawn_sb3.results.learning import THRESHOLD, WINDOW, smoothed
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
 DRAWN = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
-LIMITS = {"reward": (-8.0, 4.2), "success_percent": (-2.0, 102.0)}
-"""Ranges of the axes; rewards of the first rollouts can lie below."""
+ZOOMED = {
+    "success_percent": "from 90 % on",
+    "utility_mbps": "utility near straight flight's",
+}
+"""Quantities of greedy play that are drawn where the learners differ, and what part of them."""
+SUCCESS = (-2.0, 102.0)
+LINEAR_REWARD = 5.0
+"""Rewards beyond are drawn on a logarithmic scale: those of the first rollouts lie far below."""
+REWARD_TICKS = (-50, -20, -10, -5, -2, 0, 2, 4)
+HIGH_SUCCESS = (90.0, 100.3)
+SETTLED = 0.25
+"""Share of a training after which utilities are drawn: before, they are far below."""
 PLANNED = "welfare"
 """The one planner among the dashed lines: the others would lie on top of each other there."""
 DASH = 4.0
@@ -28,11 +38,13 @@ HEADING_OF = {"missions": "training missions", "greedy": "greedy evaluation"}
 SOURCES = {"missions": "training missions, actions sampled", "greedy": "evaluation during training, actions greedy"}
 
 CAPTION = (
-    f"Top: missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and short "
-    "ones end often, so this row counts too few failures; it begins once the first mission can have failed. Bottom: "
-    "greedy play on missions apart from the test's, not smoothed; it has no such bias. Bands: 95 % bootstrap interval "
-    "of the mean over seeds. Dashed: players that do not learn, of the planners only one. Diamonds: the paper's values "
-    "after training. Rewards below the axis are those of the first rollouts."
+    f"(a, b) Missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and "
+    "short ones end often, so these panels count too few failures; they begin once the first mission can have failed. "
+    "(c, d) Greedy play on missions apart from the test's, not smoothed; it has no such bias. Rewards below -5 are on "
+    "a logarithmic scale. (e, f) Greedy play where the learners differ, on axes that are cut (//): success from 90 % "
+    "on, and utility after the first quarter of the training. Bands: 95 % bootstrap interval of the mean over seeds. "
+    "Dashed: players that do not learn, on the test missions; of the planners only one, which (f) leaves out. "
+    "Diamonds: the paper's values after training."
 )
 
 
@@ -49,25 +61,42 @@ def section(results: Results) -> Section | None:
 
 
 def _figure(results: Results) -> Figure:
-    """Reward (a) and success (b) against env steps, of training missions and of greedy evaluation."""
+    """Reward and success against env steps, of training missions and of greedy play, and that once more close by."""
     use_house_style()
-    figure = Figure(figsize=(10, 7), layout="constrained")
-    axes = figure.subplots(len(SOURCES), len(DRAWN), sharex=True, sharey="col")
-    palette = colours(results.recipe.methods)
+    zoomed = {name: text for name, text in ZOOMED.items() if f"greedy/{name}" in results.curves}
+    figure = Figure(figsize=(10, 7 + 3.3 * bool(zoomed)), layout="constrained")
+    axes = figure.subplots(len(SOURCES) + bool(zoomed), len(DRAWN), sharex=True)
+    palette, letters = colours(results.recipe.methods), iter("abcdef")
     for row, (source, source_text) in enumerate(SOURCES.items()):
         window = WINDOW if source == "missions" else 1
         smoothing = f", {WINDOW}-point window" if window > 1 else ""
         for column, (quantity, quantity_text) in enumerate(DRAWN.items()):
             ax = axes[row, column]
+            if row:
+                ax.sharey(axes[0, column])
             _draw_curves(ax, results, f"{source}/{quantity}", window, palette)
             _draw_untrained(ax, results, quantity, palette)
             _mark_paper(ax, results, quantity, palette)
-            if results.recipe.game().rate_unit == "lone-uav":  # rewards in Mbps have other ranges
-                ax.set_ylim(*LIMITS[quantity])
-            ax.set_title(f"({'ab'[column]}) {source_text}{smoothing}")
+            ax.set_title(f"({next(letters)}) {source_text}{smoothing}")
             ax.set_ylabel(quantity_text)
-            ax.set_xlabel(ENV_STEPS if row == len(SOURCES) - 1 else "")
-            in_thousands(ax)
+    axes[0, 1].set_ylim(*SUCCESS)
+    if results.recipe.game().rate_unit == "lone-uav":  # rewards in Mbps have other ranges
+        axes[0, 0].set_yscale("symlog", linthresh=LINEAR_REWARD, linscale=1.5)
+        axes[0, 0].set_yticks(REWARD_TICKS, [f"{tick:g}" for tick in REWARD_TICKS])
+        axes[0, 0].minorticks_off()
+    for ax, (quantity, close_by) in zip(axes[-1], zoomed.items(), strict=False):
+        _draw_curves(ax, results, f"greedy/{quantity}", 1, palette)
+        _draw_untrained(ax, results, quantity, palette, without=PLANNED if quantity != "success_percent" else None)
+        ax.set_ylim(*(HIGH_SUCCESS if quantity == "success_percent" else _settled(results, f"greedy/{quantity}")))
+        mark_cut(ax, y=True)
+        ax.set_title(f"({next(letters)}) actions greedy, {close_by}")
+        ax.set_ylabel(DRAWN.get(quantity) or QUANTITIES[quantity].axis_label)
+    for ax in axes[-1, len(zoomed) or len(DRAWN) :]:
+        ax.remove()
+    for ax in figure.axes:
+        last = ax.get_subplotspec().is_last_row()  # type: ignore[union-attr]
+        ax.set_xlabel(ENV_STEPS if last else "")
+        in_thousands(ax)
     handles = [
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
         for key, method in _drawn(results).items()
@@ -76,6 +105,15 @@ def _figure(results: Results) -> Figure:
         handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
+
+
+def _settled(results: Results, column: str) -> tuple[float, float]:
+    """The range of a column's means over seeds once trainings have settled, and some room around it."""
+    curves = results.curves.dropna(subset=[column])
+    late = curves[curves["time/env_steps"] >= SETTLED * curves["time/env_steps"].max()]
+    means = late.groupby(["method", "time/env_steps"])[column].mean()
+    room = 0.1 * (means.max() - means.min()) + 0.5
+    return float(means.min() - room), float(means.max() + room)
 
 
 def _drawn(results: Results) -> dict[str, Method]:
@@ -99,10 +137,12 @@ def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: 
             )
 
 
-def _draw_untrained(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
-    """Players that do not learn, as horizontal lines."""
+def _draw_untrained(
+    ax: Axes, results: Results, quantity: str, palette: dict[str, str], without: str | None = None
+) -> None:
+    """Players that do not learn, as horizontal lines, one of them perhaps left out."""
     by_seed = results.by_seed()
-    players = [key for key, method in _drawn(results).items() if method.player is not None]
+    players = [key for key, method in _drawn(results).items() if method.player is not None and method.player != without]
     for k, key in enumerate(players):
         # Each fills the gaps of the one before, which may be as high.
         dashes = (DASH * k, (DASH, DASH))

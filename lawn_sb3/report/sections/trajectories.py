@@ -27,6 +27,10 @@ UAV_COLOURS = ("#1B1BFF", "#661100", "#A81FA0", "#94A000", "#E7298A")
 UAV_LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
 """Beyond five UAVs the colours repeat with another line; beyond fifteen both do."""
 SITE_COLOUR, BORDER_COLOUR = "0.55", "0.45"
+APART_MBPS = 0.5
+"""Methods whose mean utilities are nearer have no order that an episode could contradict."""
+TURNED = 0.1
+"""Share of the pairs of methods that may stand the other way round in the episode that is shown."""
 FIRST_SLOTS = 20
 """Longer paths are drawn up to here: a random walk would hide itself."""
 MOST_GRID_LINES = 31
@@ -38,11 +42,11 @@ FLATTEST = 0.5
 
 
 def section(results: Results) -> Section | None:
-    """An episode as all methods fly it whose UAVs meet."""
+    """A typical episode as all methods fly it whose UAVs meet."""
     joint = results.without_bound()
     if not len(joint.paths):
         return None
-    episode = longest_episode(joint)
+    episode = typical_episode(joint)
     caption = _caption(episode)
     figures = {
         "trajectories": Picture(_from_above(joint, episode), caption),
@@ -72,17 +76,28 @@ class Episode(NamedTuple):
     flights: list[Flight]
 
 
-def longest_episode(results: Results) -> Episode:
-    """The traced test episode with the most to fly: the largest sum of T_min over its UAVs.
+def typical_episode(results: Results) -> Episode:
+    """The traced test episode that shows the methods most as they are over all episodes and seeds.
 
-    It is one of the first seed that most methods (all, as a rule) have paths of.
+    Left out are episodes in which more than ``TURNED`` of the pairs of methods stand the other way round by mean
+    utility than there, of those pairs that are more than ``APART_MBPS`` apart there; or all but those with the fewest.
+    Of the others it is the one with the smallest sum of distances to the mean utilities there. Those are looked at that
+    most methods (all, as a rule) have paths of.
     """
-    methods_of = results.paths.groupby("seed")["method"].nunique()
-    seed = int(methods_of.index[int(methods_of.argmax())])
+    where = ["seed", "episode"]
+    traced = results.paths.groupby(where)["method"].nunique()
+    flown = results.episodes.groupby([*where, "method"])["utility_mbps"].mean().unstack("method")
+    flown = flown.loc[traced[traced == traced.max()].sort_index().index, list(results.methods_in(results.paths))]
+    mean = mean_utilities(results)[flown.columns].to_numpy()
+    known = flown.fillna(dict(zip(flown.columns, mean, strict=True))).to_numpy()  # [E, methods]
+    apart, own = mean[:, None] - mean, known[:, :, None] - known[:, None, :]
+    counted = np.abs(apart) > APART_MBPS
+    turned = ((own * apart < 0.0) & counted).sum(axis=(1, 2))
+    like = turned <= max(TURNED * counted.sum(), turned.min())
+    off = np.where(like, np.abs(known - mean).sum(axis=1), np.inf)
+    seed, number = map(int, flown.index[int(off.argmin())])
     paths = results.paths[results.paths["seed"] == seed]
     rows = results.episodes[results.episodes["seed"] == seed]
-    first = rows[(rows["method"] == paths["method"].iloc[0]) & rows["episode"].isin(paths["episode"])]
-    number = int(first.groupby("episode")["min_slots"].sum().idxmax())
     game = results.recipe.game()
     flights = []
     for key in results.methods_in(paths):
@@ -93,6 +108,11 @@ def longest_episode(results: Results) -> Episode:
     chosen = results.recipe.evaluation
     destinations = evaluation_missions(game, chosen.episodes, chosen.seed).destinations[number]
     return Episode(seed, number, game.voxel_centre(destinations), flights)
+
+
+def mean_utilities(results: Results) -> pd.Series:
+    """The mean utility of each method in Mbps, over all episodes and seeds."""
+    return results.episodes.groupby("method")["utility_mbps"].mean()
 
 
 def offsets(scenario: Scenario) -> Floats:
@@ -116,9 +136,10 @@ def dot_sizes(scenario: Scenario, altitude_m: Floats) -> Floats:
 
 
 def heading(results: Results, flight: Flight) -> str:
-    """What stands above a panel: the method, its makespan and mean utility, and how much of it is drawn."""
+    """What stands above a panel: the method, its makespan and mean utility, here and of all, and how much is drawn."""
     slots = int(flight.rows["makespan_slots"].iloc[0])
-    text = f"{slots} slots, U {flight.rows['utility_mbps'].mean():.1f} Mbps"
+    mean = mean_utilities(results)[flight.method]
+    text = f"{slots} slots, U {flight.rows['utility_mbps'].mean():.1f} ({mean:.1f}) Mbps"
     if slots > FIRST_SLOTS:
         text = f"{FIRST_SLOTS} of {text}"
     return f"{results.recipe.methods[flight.method].label}\n{text}"
@@ -242,8 +263,11 @@ def _caption(episode: Episode) -> str:
     """What the figures of trajectories show."""
     return (
         f"Test episode {episode.number} of seed {episode.seed} as every method flies it: of the traced ones that with "
-        "the most to fly (largest sum of T_min). A dot is the end of a slot; from above it is larger the higher the "
-        f"UAV flies. Paths are moved aside by {OFFSET_VOXELS:g} voxels, so that those in the same voxels stay apart, "
-        f"and of long ones the first {FIRST_SLOTS} slots are drawn. Above each panel: slots until the last UAV is "
-        "done, and mean utility U. Seen in space, a flat airspace is stretched in height."
+        "the methods' mean utilities U nearest to those over all episodes and seeds (smallest sum of distances), among "
+        f"those in which at most {100 * TURNED:g} % of the pairs of methods, or else the fewest, stand the other way "
+        f"round than there (pairs less than {APART_MBPS:g} Mbps apart there aside). A dot is the end of a slot; from "
+        "above it is larger the higher the UAV flies. Paths are moved aside by "
+        f"{OFFSET_VOXELS:g} voxels, so that those in the same voxels stay apart, and of long ones the first "
+        f"{FIRST_SLOTS} slots are drawn. Above each panel: slots until the last UAV is done, and mean utility U, in "
+        "parentheses that over all episodes and seeds. Seen in space, a flat airspace is stretched in height."
     )

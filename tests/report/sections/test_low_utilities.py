@@ -122,6 +122,10 @@ def test_points_without_an_interval_are_hollow(results: Results) -> None:
         if line.get_marker() == "o"
     }
     assert faces == {(0, False), (1, True), (2, False), (3, True), (4, True)}  # detours of 1.5, above 2, and failed
+    (legend,) = figure_of(results).legends
+    signs: Any = dict(zip([text.get_text() for text in legend.get_texts()], legend.legend_handles, strict=True))
+    assert signs.pop("hollow: of one seed alone").get_markerfacecolor() == "white"
+    assert not [sign for sign in signs.values() if sign.get_markerfacecolor() == "white"]
 
 
 @pytest.mark.parametrize("cause", CAUSES)
@@ -247,5 +251,5 @@ def test_methods_that_do_not_plan_are_drawn_again_at_their_own_scale_if_there_ar
     closer.episodes = closer.episodes.query("not (method == 'random' and seed == 0)")
     assert len(picture_of(closer).figure.axes) == 4
     assert list(points(closer, 2)) == ["Random", "Shortest-path"]
-    assert "Bottom: the same without the planners." in picture_of(closer).caption
-    assert "Bottom" not in picture_of(four).caption
+    assert "(c, d): the same without the planners." in picture_of(closer).caption
+    assert "(c, d)" not in picture_of(four).caption

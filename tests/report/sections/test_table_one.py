@@ -5,7 +5,8 @@ import pytest
 
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.printed_values import TABLE_I
-from lawn_sb3.report.sections.table_one import SYMBOLS, section
+from lawn_sb3.report.sections.table_one import section
+from lawn_sb3.report.symbols import SYMBOLS
 from lawn_sb3.report.table import Table
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario

@@ -34,6 +34,22 @@ def test_of_the_planners_fig_2_draws_one_so_that_no_lines_lie_on_top_of_each_oth
     assert labels == ["Random", "Shortest-path", "Welfare"]  # none of them has a row in the paper
 
 
+def test_panels_have_letters_of_their_own_and_close_ups_are_marked_as_cut() -> None:
+    results = results_with(*PLAYERS)
+    numbers = {"greedy/reward": [-50.0, 3.0], "greedy/success_percent": [1.0, 99.0], "greedy/utility_mbps": [1.0, 30.0]}
+    results.curves = pd.DataFrame({"method": "learner", "seed": 0, "time/env_steps": [1, 1000], **numbers})
+    results.recipe.methods["learner"] = learner("Learner")
+    figure = picture_in(section(results), "fig2_convergence").figure
+    assert [ax.get_title()[:3] for ax in figure.axes] == ["(a)", "(b)", "(c)", "(d)", "(e)", "(f)"]
+    cut = [ax for ax in figure.axes if "//" in [text.get_text() for text in ax.texts]]
+    assert cut == figure.axes[4:]
+    assert cut[0].get_ylim()[0] == 90.0
+    assert cut[1].get_ylim() == (29.5, 30.5)  # after the first quarter
+    assert figure.axes[2].get_ylim()[0] <= -50.0  # nothing is cut off
+    bare = picture_in(section(results_with(*PLAYERS)), "fig2_convergence").figure
+    assert len(bare.axes) == 5  # no utilities were recorded
+
+
 def test_without_curves_there_are_neither_fig_2_nor_milestones() -> None:
     without = results_with(*PLAYERS)
     without.curves = pd.DataFrame()

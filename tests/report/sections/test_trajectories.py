@@ -16,9 +16,9 @@ from lawn_sb3.report.sections.trajectories import (
     UAV_COLOURS,
     dot_sizes,
     heading,
-    longest_episode,
     offsets,
     section,
+    typical_episode,
     uav_look,
 )
 from lawn_sb3.results.results import Results, read_results
@@ -44,22 +44,44 @@ def still(method: str, seed: int, episode: int, slots: int) -> pd.DataFrame:
     return pd.DataFrame({**columns, "x": 2, "y": 3, "z": 1, "cell": 0, "cell_load": 1, "rate_mbps": 1.0})
 
 
-def test_the_traced_episode_with_the_most_to_fly_is_chosen() -> None:
-    # T_min 2, 6 and 9, but the last episode left no path; of the seeds only 1 has paths of both methods.
-    recipe = recipe_of(1, ("a", "b"), seeds=2, episodes=3)
-    rows = [flown(method, seed, 1, min_slots=[2, 6, 9]) for method in ("a", "b") for seed in (0, 1)]
-    traced = [("a", 0), ("a", 1), ("b", 1)]
-    paths = pd.concat([still(method, seed, episode, 1) for method, seed in traced for episode in (0, 1)])
-    episode = longest_episode(results_of(recipe, *rows, paths=paths))
-    assert (episode.seed, episode.number) == (1, 1)
+def choice(*by_seed: tuple[list[float], list[float]]) -> tuple[int, int]:
+    """Seed and number of the episode that is shown, by the utilities of a and b in the episodes of each seed."""
+    recipe = recipe_of(1, ("a", "b"), seeds=len(by_seed), episodes=3)
+    rows, paths = [], []
+    for seed, utilities in enumerate(by_seed):
+        for method, own in zip(("a", "b"), utilities, strict=True):
+            rows.append(flown(method, seed, 1, utility_mbps=own))
+            paths += [still(method, seed, episode, 1) for episode in (0, 1)]  # the last left no path
+    episode = typical_episode(results_of(recipe, *rows, paths=pd.concat(paths)))
     assert [flight.method for flight in episode.flights] == ["a", "b"]
     assert episode.destinations.shape == (1, 3)
+    return episode.seed, episode.number
+
+
+def test_the_traced_episode_nearest_to_the_mean_utilities_is_chosen() -> None:
+    assert choice(([10.0, 13.0, 13.0], [20.0, 22.0, 24.0])) == (0, 1)  # means 12 and 22
+    assert choice(([10.0, 19.0, 13.0], [20.0, 22.0, 24.0]), ([8.0, 14.0, 14.0], [20.0, 22.0, 24.0])) == (1, 1)
+
+
+def test_an_episode_whose_order_contradicts_the_means_is_not_chosen() -> None:
+    # Means 21 and 22: the second episode is nearest, but there a is above b.
+    assert choice(([10.0, 22.5, 30.5], [14.0, 21.5, 30.5])) == (0, 0)
+    # Means 21.8 and 22: less than 0.5 apart, so that no order can be contradicted.
+    assert choice(([10.0, 22.5, 32.9], [14.0, 21.5, 30.5])) == (0, 1)
+
+
+def test_of_the_seeds_those_count_that_most_methods_have_paths_of() -> None:
+    recipe = recipe_of(1, ("a", "b"), seeds=2, episodes=3)
+    rows = [flown(method, seed, 1, utility_mbps=[1.0] * 3) for method in ("a", "b") for seed in (0, 1)]
+    traced = [("a", 0), ("a", 1), ("b", 1)]
+    paths = pd.concat([still(method, seed, episode, 1) for method, seed in traced for episode in (0, 1)])
+    assert typical_episode(results_of(recipe, *rows, paths=paths)).seed == 1
 
 
 def test_the_choice_does_not_depend_on_the_order_of_rows(small: Results) -> None:
-    chosen = longest_episode(small)
+    chosen = typical_episode(small)
     shuffled = results_of(small.recipe, small.episodes[::-1], paths=small.paths[::-1])
-    again = longest_episode(shuffled)
+    again = typical_episode(shuffled)
     assert (again.seed, again.number) == (chosen.seed, chosen.number)
     for flight, other in zip(chosen.flights, again.flights, strict=True):
         assert flight.method == other.method
@@ -67,7 +89,7 @@ def test_the_choice_does_not_depend_on_the_order_of_rows(small: Results) -> None
 
 
 def test_paths_lead_from_the_origins_and_arrived_uavs_end_at_their_destination(small: Results) -> None:
-    episode = longest_episode(small)
+    episode = typical_episode(small)
     missions = evaluation_missions(small.recipe.game(), small.recipe.evaluation.episodes, small.recipe.evaluation.seed)
     for flight in episode.flights:
         for i, path in enumerate(flight.paths):
@@ -106,7 +128,7 @@ def lines_of(ax: Axes, marker: str) -> list[np.ndarray]:
 
 
 def test_the_view_from_above_shows_paths_origins_and_destinations(small: Results) -> None:
-    episode, aside = longest_episode(small), offsets(small.recipe.game())
+    episode, aside = typical_episode(small), offsets(small.recipe.game())
     figure = from_above(small).figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
         origins, stars = lines_of(ax, "o"), lines_of(ax, "*")
@@ -129,9 +151,9 @@ def test_of_long_paths_the_first_slots_are_drawn_and_said_so() -> None:
     ]
     paths = pd.concat([still("a", 0, 0, 100), still("b", 0, 0, FIRST_SLOTS)])
     results = results_of(recipe, *rows, paths=paths)
-    long, short = longest_episode(results).flights
-    assert heading(results, long) == "M1\n20 of 100 slots, U 1.2 Mbps"
-    assert heading(results, short) == "M2\n20 slots, U 0.0 Mbps"
+    long, short = typical_episode(results).flights
+    assert heading(results, long) == "M1\n20 of 100 slots, U 1.2 (1.2) Mbps"
+    assert heading(results, short) == "M2\n20 slots, U 0.0 (0.0) Mbps"
     for ax in from_above(results).figure.axes:
         (track,) = [line for line in ax.lines if line.get_color() == UAV_COLOURS[0] and line.get_marker() == "None"]
         assert len(points_of(track)) == FIRST_SLOTS + 1
@@ -143,7 +165,7 @@ def test_fifteen_uavs_look_different() -> None:
 
 
 def test_the_view_in_space_shows_the_same_paths(small: Results) -> None:
-    episode, aside = longest_episode(small), offsets(small.recipe.game())
+    episode, aside = typical_episode(small), offsets(small.recipe.game())
     figure: Any = picture_in(section(small), "trajectories_3d").figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
         solid = [line for line in ax.lines if line.get_color() in UAV_COLOURS and line.get_linewidth() == 1.5]
