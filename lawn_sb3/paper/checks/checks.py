@@ -60,6 +60,11 @@ def _of_lengths(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
     }
 
 
+def _of_hovering(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
+    seeks = whole("1 if those that hover move to the best voxel within one slot first", "", 0, 1)
+    return {"seeks": seeks, **evaluation_columns(recipe.game(), recipe.evaluation.episodes)}
+
+
 def _of_cycles(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
     last_uav, last_gbs = recipe.game().num_uavs - 1, recipe.game().num_gbs - 1
     return {
@@ -130,9 +135,11 @@ CHECKS = (
         depends_on=lambda recipe, finished: {"missions": CYCLE_MISSIONS},
     ),
     Check(
-        "hovering",  # raw rows of the player that hovers
-        columns=lambda recipe, finished: evaluation_columns(recipe.game(), recipe.evaluation.episodes),
+        "hovering",  # raw rows of the player that hovers, where it starts and in the best voxel nearby
+        columns=_of_hovering,
+        key=("seeks", *EPISODE_KEY),
         depends_on=lambda recipe, finished: {"share_flying": SHARE_FLYING},
+        since="0.3.0",
     ),
     Check(
         "state_noise",
