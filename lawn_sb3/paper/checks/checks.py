@@ -9,6 +9,7 @@ from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
 from lawn_sb3.experiment.run_directory.files import EPISODE_KEY, episode_and_uav, evaluation_columns
+from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.paper.printed_values import LATEST_SLOTS, TABLE_II
 from lawn_sb3.paper.roles import FORMS, cast
 from lawn_sb3.results.results import BOUND, EQUILIBRIA
@@ -26,7 +27,7 @@ NOISE = 10.0
 
 def judges_claims(recipe: Recipe, finished: Sequence[Cell]) -> bool:
     """Whether the report judges the claims that need no other recipe."""
-    return not has_ladder({cell.key: cell.method for cell in finished})
+    return bool(printed_rows(recipe)) and not has_ladder({cell.key: cell.method for cell in finished})
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ def printed_grid(recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
 
 
 def hovering(recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
-    """Raw rows of UAVs of which as many fly as the paper's IQL brings to their destinations, without and with seeking."""
+    """Raw rows of UAVs of which as many fly as the paper's IQL brings home, and the others hover, in both ways."""
     parts = []
     for seeks in (False, True):
         player = HoveringPlayer(SHARE_FLYING, seeks=seeks)
