@@ -104,23 +104,22 @@ def _beside_straight_flight(results: Results) -> tuple[str, ...]:
     learners = [key for key in learners if len(results.seeds(key)) > 1]
     if straight is None or not learners or len(results.seeds(straight)) < 2:
         return ()
-    by_seed = results.by_seed().set_index("method")
-    own = by_seed.loc[straight]
-    found = {key: welch_difference(by_seed.loc[key, "reward"], own["reward"]) for key in learners}
-    p_values = {key: welch_p(by_seed.loc[key, "reward"], own["reward"]) for key in learners}
+    own, *others = (results.scores(key, "reward").mean(axis=1) for key in (straight, *learners))
+    found = {key: welch_difference(theirs, own) for key, theirs in zip(learners, others, strict=True)}
+    p_values = {key: welch_p(theirs, own) for key, theirs in zip(learners, others, strict=True)}
     level = holm(list(p_values.values()))
     less, more = (
         sum(p_values[key] <= level and sign * found[key].value > 0.0 for key in learners) for sign in (-1.0, 1.0)
     )
     best = max(learners, key=lambda key: found[key].value)
-    collisions = [float(by_seed.loc[key, "collisions"].mean()) for key in learners]
+    blind, *collisions = (float(results.scores(key, "collisions").mean()) for key in (straight, *learners))
     decimals = QUANTITIES["collisions"].fine_decimals
     return (
         f"Beside UAVs that fly straight, {less or 'none'} of the {len(learners)} learners "
         f"{'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (Welch's test, Holm's "
         f"correction over the {len(learners)}); the best, {results.methods[best].label}, differs by "
         f"{found[best].text(QUANTITIES['reward'].fine_decimals)}. Of a UAV in a mission there are "
-        f"{own['collisions'].mean():.{decimals}f} collisions in straight flight, and {min(collisions):.{decimals}f} to "
+        f"{blind:.{decimals}f} collisions in straight flight, and {min(collisions):.{decimals}f} to "
         f"{max(collisions):.{decimals}f} with the learners.",
     )
 
