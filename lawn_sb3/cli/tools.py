@@ -73,16 +73,25 @@ def identify_command(
         Path, typer.Option(help="runs of the paper's methods, whose trained players are asked too")
     ] = Path("runs/reference/paper"),
     out: Annotated[Path | None, typer.Option(help="folder for README.md and identify.json")] = None,
+    alone: Annotated[
+        bool, typer.Option("--alone", help="one constant at a time only: a minute in place of half an hour")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Try every value of the constants that the paper leaves open against the figures that it prints."""
+    """Which games the paper's figures allow: every open constant and reading, alone and jointly. Takes half an hour."""
     kept = {row: kept_player(models / method) for row, method in ASKED.items()}
     players = {row: player for row, player in kept.items() if player is not None}
     if not players:
         say(f"no trained players in {models}: the Random player alone is asked")
     with Progress(console=messages, transient=True) as bar:
         task = bar.add_task("trying candidates")
-        result = identify(episodes, seed, players, lambda done, total: bar.update(task, completed=done, total=total))
+        result = identify(
+            episodes,
+            seed,
+            players,
+            lambda done, total: bar.update(task, completed=done, total=total),
+            [] if alone else None,
+        )
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         write_text(out / "README.md", as_markdown(result))
@@ -90,7 +99,12 @@ def identify_command(
     if as_json:
         print(json.dumps(result.as_json()))
         return
-    shown = pd.DataFrame({"constant": list(result.findings), "what the paper's figures say": result.findings.values()})
-    print_table(shown, f"identified from Table II, {episodes:,} episodes a candidate")
+    found = (
+        (result.joint_findings, "all readings jointly, the free constants fitted"),
+        (result.findings, "one constant at a time, the others as in the preset"),
+    )
+    for findings, title in found if result.joint_findings else found[1:]:
+        shown = pd.DataFrame({"constant": list(findings), "what the paper's figures say": findings.values()})
+        print_table(shown, f"{title}, {episodes:,} episodes a candidate")
     if out is not None:
         say(f"all tables: {out / 'README.md'}")

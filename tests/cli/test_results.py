@@ -91,7 +91,7 @@ def test_kept_weights_are_verified_too(lawn: Lawn) -> None:
 
 
 def test_identify_prints_one_json_object_and_writes_a_page(lawn: Lawn) -> None:
-    done = lawn("identify", "--episodes", "20", "--json", "--out", "found")
+    done = lawn("identify", "--alone", "--episodes", "20", "--json", "--out", "found")
     assert json.loads(done.out)["episodes"] == 20
     assert json.loads(Path("found/identify.json").read_text(encoding="utf-8"))["findings"]
     assert Path("found/README.md").read_text(encoding="utf-8").startswith("# What the paper")

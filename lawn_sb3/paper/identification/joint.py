@@ -44,8 +44,9 @@ MEANT = {
 }
 """What a fitted constant must lie between to be one that could be meant: 20 dB and a factor of ten around the preset's,
 and no reward for colliding or failing."""
-SCREENED = 400
-"""Episodes that show which readings are farther off than :data:`FAR_OFF_Z` standard errors: those are not fitted."""
+FEW = 400
+"""Episodes that show which readings are farther off than :data:`FAR_OFF_Z` standard errors and are not fitted, and to
+which the constants of the others are fitted; what tests them is flown with all."""
 
 
 class FeasibleRandomPlayer:
@@ -119,12 +120,14 @@ def joint_search(
     preset = episode_figures(evaluate(RandomPlayer(), PAPER, episodes, seed))
     rows = []
     for done, reading in enumerate(tried, start=1):
-        few = episode_figures(evaluate(reading.player, reading.game(), min(SCREENED, episodes), seed))
-        if _farthest(z_scores(few, preset)) > FAR_OFF_Z:
-            rows.append(_row(reading, few, z_scores(few, preset), {}))
+        few = min(FEW, episodes)
+        figures = episode_figures(evaluate(reading.player, reading.game(), few, seed))
+        if _farthest(z_scores(figures, preset)) > FAR_OFF_Z:
+            rows.append(_row(reading, figures, z_scores(figures, preset), {}))
         else:
+            z = z_scores(episode_figures(evaluate(reading.player, reading.game(), episodes, seed)), preset)
             for layout, horizon in product(("tile-centres", "corners"), ("completion", "deadline")):
-                rows.append(_fitted(reading, {"gbs_layout": layout, "bias_horizon": horizon}, episodes, seed, preset))
+                rows.append(_fitted(reading, {"gbs_layout": layout, "bias_horizon": horizon}, few, seed, z))
         progress(done, len(tried))
     return pd.DataFrame(rows)
 
@@ -135,7 +138,7 @@ def _farthest(z: Mapping[str, float]) -> float:
 
 
 def _fitted(
-    reading: Reading, rates: Mapping[str, str], episodes: int, seed: int, preset: pd.DataFrame
+    reading: Reading, rates: Mapping[str, str], episodes: int, seed: int, z: Mapping[str, float]
 ) -> dict[str, object]:
     """One reading with the constants that give R-hat and J of Random, and J of CTDE-MAPPO if it can be had."""
     game, power_dbm = reading.game(**rates), PAPER.tx_power_dbm
@@ -152,7 +155,7 @@ def _fitted(
     game = game.changed(**fitted)
     figures = episode_figures(evaluate(reading.player, game, episodes, seed))
     constants = {name: getattr(game, name) for name in ("gbs_layout", "bias_horizon", "tx_power_dbm", *fitted)}
-    return _row(reading, figures, z_scores(figures, preset), constants, against)
+    return _row(reading, figures, z, constants, against)
 
 
 def _weights(game: Scenario, terms: pd.Series, episodes: int, seed: int) -> tuple[dict[str, float], list[str]]:
@@ -210,7 +213,7 @@ def _row(
         **dict.fromkeys(("tx_power_dbm", "nav_weight", "collision_penalty", "fail_penalty"), float("nan")),
         **constants,
         **{name: float(figures[name].mean()) for name in TESTED},
-        **{f"z_{name}": z[name] for name in (*OF_FLIGHTS, "rate_mbps", "reward")},
+        **{f"z_{name}": z[name] for name in OF_FLIGHTS},
         "verdict": "ruled out" if ruled_out else verdict(_farthest(z)).replace("agrees", "consistent"),
         "against": ", ".join(said),
     }

@@ -14,9 +14,12 @@ from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.paper.identification import Identification, as_markdown, identify
 from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPER, TIME, candidates, link_budget_db
 from lawn_sb3.paper.identification.findings import findings
+from lawn_sb3.paper.identification.joint import Reading
 from lawn_sb3.paper.identification.random_row import TESTED, episode_figures, link_budget_interval, z_scores
 from lawn_sb3.paper.standard_error import standard_error, verdict
 from tests.game.wanderer import Wanderer
+
+FEW = [Reading(PAPER.grid, 3, "clip", leaving, "slot-end") for leaving in ("leaves", "stays")]
 
 
 @pytest.fixture(scope="module")
@@ -27,7 +30,7 @@ def calls() -> list[tuple[int, int]]:
 @pytest.fixture(scope="module")
 def result(calls: list[tuple[int, int]]) -> Identification:
     others = {"CTDE-MAPPO": Wanderer()}
-    return identify(100, seed=1, others=others, progress=lambda done, total: calls.append((done, total)))
+    return identify(100, 1, others, lambda done, total: calls.append((done, total)), FEW)
 
 
 def table(values: dict[str, list[tuple[str, float]]]) -> pd.DataFrame:
@@ -175,7 +178,7 @@ def test_readings_of_the_mean_time_share_all_other_figures(result: Identificatio
 
 
 def test_equal_seeds_give_equal_results(result: Identification) -> None:
-    again = identify(100, seed=1, others={"CTDE-MAPPO": Wanderer()})
+    again = identify(100, seed=1, others={"CTDE-MAPPO": Wanderer()}, jointly=FEW)
     assert again.as_json() == result.as_json()
 
 
