@@ -30,10 +30,11 @@ LEAST_SIDE = 0.2
 
 AT_A_GLANCE = (
     "Ablation minus default, in the order of the table. Large points: mean over seeds with Student's t interval "
-    "(95 %) over the differences seed by seed; small ones: the seeds. An open point whose interval leaves 0 out may be "
-    "chance, as there are so many; filled ones are the {sure} that pass Holm's correction over all {tested} effects (‡ "
-    "in the table). In the grey rows the defaults' own figures. Where an effect is so large that it would hide the "
-    "others it lies beyond the axis, and its figures are written at the edge."
+    "(95 %) over the differences seed by seed; small ones: the seeds. Filled: passes Holm's correction over all "
+    "{tested} effects, as {sure} do, or all seeds agree; an open point whose interval leaves 0 out may be chance, as "
+    "there are so many. In the grey rows the defaults' own figures. Where an effect is so large that it would hide the "
+    "others it lies beyond the axis, and its figures are written at the edge, with ‡ for filled and † for an interval "
+    "that leaves 0 out, as in the table."
 )
 """What the figure shows, to be filled with how many effects there are."""
 
@@ -113,13 +114,13 @@ def _caption(marks: Marks) -> str:
         "may reach beyond what is possible, such as 100 % success]. †: the interval leaves 0 out, which by itself says "
         f"little among so many: of the {marks.num_tested} effects in which seeds differ {marks.num_marked} do, and "
         f"about {LEVEL * marks.num_tested:.0f} would if there were none. ‡: it also passes Holm's correction over "
-        f"these {marks.num_tested} at 5 %, as {marks.num_sure} do. Conclusions rest on ‡ alone. T̄: makespan, less is "
-        "better. U: mean utility. Collisions: of a UAV in a mission, fewer are better. P(better): probability that a "
-        "seed of the ablation does better than one of the default on the same test episode, ties counted half, so that "
-        "0.5 is no difference [95 % bootstrap interval over seeds, which with five seeds holds the true value in about "
-        "five of six cases; not counted among the marks]. J̄ counts all terms of the reward, also where training was "
-        f"not given one. Env steps: until the first greedy evaluation with {THRESHOLD:.0f} % success, median "
-        f"of the seeds. n: seeds × test episodes. {SEARCHED}"
+        f"these {marks.num_tested} at 5 %, as {marks.num_sure} do, or all seeds agree. Conclusions rest on ‡ alone. "
+        "T̄: makespan, less is better. U: mean utility. Collisions: of a UAV in a mission, fewer are better. "
+        "P(better): probability that a seed of the ablation does better than one of the default on the same test "
+        "episode, ties counted half, so that 0.5 is no difference [95 % bootstrap interval over seeds, which with five "
+        "seeds holds the true value in about five of six cases; not counted among the marks]. J̄ counts all terms of "
+        "the reward, also where training was not given one. Env steps: until the first greedy evaluation with "
+        f"{THRESHOLD:.0f} % success, median of the seeds. n: seeds × test episodes. {SEARCHED}"
     )
 
 
@@ -215,7 +216,8 @@ def _draw_effect(ax: Axes, pair: Pair, name: str, y: int, colour: str, span: Spa
     look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "capsize": 2.5, "linewidth": 1.4, "zorder": 3}
     ax.errorbar(effect.value, y, xerr=error_bars(effect), fmt="o", markersize=5, **look)
     if not span.holds(_extent(pair, name)):
-        _write_at_edge(ax, effect.text(QUANTITIES[name].fine_decimals), y, left=effect.value < 0.0, colour=colour)
+        text = effect.text(QUANTITIES[name].fine_decimals) + marks.mark(effect, pair.p_value(name))
+        _write_at_edge(ax, text, y, left=effect.value < 0.0, colour=colour)
 
 
 def _write_at_edge(ax: Axes, text: str, y: int, *, left: bool, colour: str) -> None:

@@ -115,8 +115,8 @@ def _beside_straight_flight(results: Results) -> tuple[str, ...]:
     blind, *collisions = (float(results.scores(key, "collisions").mean()) for key in (straight, *learners))
     decimals = QUANTITIES["collisions"].fine_decimals
     return (
-        f"Beside UAVs that fly straight, {less or 'none'} of the {len(learners)} learners "
-        f"{'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (Welch's test, Holm's "
+        f"Beside UAVs that fly straight, {'all' if less == len(learners) else less or 'none'} of the {len(learners)} "
+        f"learners {'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (Welch's test, Holm's "
         f"correction over the {len(learners)}); the best, {results.methods[best].label}, differs by "
         f"{found[best].text(QUANTITIES['reward'].fine_decimals)}. Of a UAV in a mission there are "
         f"{blind:.{decimals}f} collisions in straight flight, and {min(collisions):.{decimals}f} to "

@@ -95,8 +95,8 @@ def family_text(tests: Family) -> str:
     """How differences were told from chance: by Holm's correction over all of them."""
     return (
         "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
-        f"{len(tests.p_values)} that these claims need: {tests.num_apart} do; so an interval may leave 0 out and not "
-        "count."
+        f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
+        "so an interval may leave 0 out and not count."
     )
 
 
