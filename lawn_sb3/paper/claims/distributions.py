@@ -152,7 +152,7 @@ def uneven_by_congestion(evidence: Evidence) -> Finding:
     )
     why += f"nobody heeds anybody ({blind})"
     return Finding(
-        combine(*forms), "; ".join(figures), f"{why}; not shown: {', '.join(failed)}." if failed else f"{why}."
+        combine(*forms), "; ".join(figures), f"{why}; not found: {', '.join(failed)}." if failed else f"{why}."
     )
 
 

@@ -99,7 +99,7 @@ def test_a_policy_that_sacrifices_the_crowded_for_all_is_reproduced() -> None:
     assert "rank correlation of R̂ with cell load -1.00" in finding.figure
     assert "least loaded 2.000 [2.000, 2.000]" in finding.figure
     assert "width of U 45.0 [45.0, 45.0] Mbps, mean U 7.50 [7.50, 7.50] Mbps" in finding.figure
-    assert "not shown" not in finding.why
+    assert "not found" not in finding.why
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_a_policy_that_sacrifices_the_crowded_for_all_is_reproduced() -> None:
 def test_what_is_not_shown_is_named(straight: list[float], changes: dict[str, list[Any]], missing: str) -> None:
     finding = uneven_by_congestion(unevenness(straight, **changes))
     assert finding.verdict == "partly"
-    assert finding.why.endswith(f"not shown: {missing} (MAPPO), {missing} (MAPPO-O).")
+    assert finding.why.endswith(f"not found: {missing} (MAPPO), {missing} (MAPPO-O).")
 
 
 def test_that_rates_are_lower_in_loaded_cells_does_not_count() -> None:
