@@ -88,11 +88,13 @@ def claims_table(judged: Sequence[Judged], caption: str = CAPTION, tests: Family
     given = {finding.verdict for _, finding in judged}
     words = "; ".join(f"{verdict}: {MEANINGS[verdict]}" for verdict in VERDICTS if verdict in given)
     text = caption.format(count=len(judged), tests=family_text(tests or Family()), words=f"{words}.".capitalize())
-    return table_of(rows, text)
+    return table_of(rows, " ".join(text.split()))
 
 
 def family_text(tests: Family) -> str:
-    """How differences were told from chance: by Holm's correction over all of them."""
+    """How differences were told from chance, if any were: by Holm's correction over all of them."""
+    if not tests.p_values:
+        return ""
     return (
         "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
         f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
