@@ -200,13 +200,13 @@ def _row(
     against: Sequence[str] = (),
 ) -> dict[str, object]:
     """A row of the table: figures, distances of those that test the reading, constants, and the verdict."""
-    said = list(against)
+    reasons = list(against)
     if constants:
         budget_db = link_budget_db(PAPER.changed(tx_power_dbm=constants["tx_power_dbm"]))
         values: dict[str, Any] = {**constants, "link_budget_db": budget_db}
-        said += [f"{name} {values[name]:.4g}" for name, (low, high) in MEANT.items() if not low <= values[name] <= high]
-    ruled_out = bool(said)
-    said += [f"{SYMBOLS[name]} (z = {z[name]:+.1f})" for name in OF_FLIGHTS if abs(z[name]) > DISFAVOURED_Z]
+        reasons += [f"{name} {values[name]:.4g}" for name, (low, high) in MEANT.items() if not low <= values[name] <= high]
+    ruled_out = bool(reasons)
+    reasons += [f"{SYMBOLS[name]} (z = {z[name]:+.1f})" for name in OF_FLIGHTS if abs(z[name]) > DISFAVOURED_Z]
     return {
         **reading._asdict(),
         **dict.fromkeys(("gbs_layout", "bias_horizon"), "any"),
@@ -215,5 +215,5 @@ def _row(
         **{name: float(figures[name].mean()) for name in TESTED},
         **{f"z_{name}": z[name] for name in OF_FLIGHTS},
         "verdict": "ruled out" if ruled_out else verdict(_farthest(z)).replace("agrees", "consistent"),
-        "against": ", ".join(said),
+        "against": ", ".join(reasons),
     }
