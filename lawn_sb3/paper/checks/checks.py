@@ -139,8 +139,7 @@ CHECKS = (
         "hovering",  # raw rows of the player that hovers, where it starts and in the best voxel nearby
         columns=_of_hovering,
         key=("seeks", *EPISODE_KEY),
-        depends_on=lambda recipe, finished: {"share_flying": SHARE_FLYING},
-        since="0.3.0",
+        depends_on=lambda recipe, finished: {"share_flying": SHARE_FLYING, "seeks": [0, 1]},
     ),
     Check(
         "state_noise",
