@@ -22,7 +22,6 @@ settings.load_profile("kit")
 RECIPE = """
 title: A small comparison
 seeds: [0, 1]
-set: [max_slots=20]
 evaluation: {episodes: 6, record_every: 1, watch_every: 100, watch_episodes: 3}
 methods:
   random: {label: Random, paper_row: Random, player: random}

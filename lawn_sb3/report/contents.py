@@ -8,6 +8,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
+from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.report.document import Report
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.sections import (
@@ -62,8 +63,10 @@ OF_RECIPE = Kind(
         table_one.section,
     ),
     "table2",
-    "Table II; the paper's values in parentheses",
+    "Table II",
 )
+IN_PARENTHESES = "; the paper's values in parentheses"
+"""What the title of Table II says where there are any."""
 OF_ABLATIONS = Kind(
     (effects.section, learning_speed.section, verdicts.section, scaling_out.section),
     "effects",
@@ -108,7 +111,7 @@ def build_report(recipe: Recipe, cells: Sequence[Cell], command: str) -> Report:
         command,
         sections,
         kind.main,
-        kind.main_title,
+        kind.main_title + (IN_PARENTHESES if kind is OF_RECIPE and printed_rows(recipe) else ""),
         [*problems, *(problem for section in sections for problem in section.problems)],
         [sentence for section in sections for sentence in section.summary],
     )

@@ -31,6 +31,7 @@ IN_LATEX = {
     "–": "--",
     "Δ": r"$\Delta$",
     "†": r"$^\dagger$",
+    "‡": r"$^\ddagger$",
 }
 """Signs that LaTeX reads otherwise, or does not know."""
 LONGEST = 50

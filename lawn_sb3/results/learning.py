@@ -8,7 +8,7 @@ import pandas as pd
 
 from lawn_sb3.results.pairing import Pair, pair_up
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import UNKNOWN, Interval, paired_t
+from lawn_sb3.results.statistics import UNKNOWN, Interval, paired_p, paired_t
 
 WINDOW = 30
 """Points a smoothed curve averages over, as in the paper."""
@@ -103,18 +103,21 @@ def mean_success(curve: pd.Series, begin: float, end: float) -> float:
     return float(np.trapezoid(np.interp(at, steps, curve.to_numpy()), at) / (end - begin))
 
 
-def learning_effect(results: Results, pair: Pair) -> Interval:
-    """How much more success a method has during training than its default, in points.
+def learning_effect(results: Results, pair: Pair) -> tuple[Interval, float]:
+    """How much more success a method has during training than its default, in points, and the p-value.
 
     The difference of the means over the part of the training that both were watched in, with Student's t interval over
-    seeds; NaN if they have no such part.
+    seeds and the p-value of his test; NaN if they have no such part.
     """
     found = []
     for own, other in watched(results, pair):
         begin, end = max(own.index[0], other.index[0]), min(own.index[-1], other.index[-1])
         if begin < end:
             found.append((mean_success(own, begin, end), mean_success(other, begin, end)))
-    return paired_t(*zip(*found, strict=True)) if found else UNKNOWN
+    if not found:
+        return UNKNOWN, float("nan")
+    own_means, other_means = zip(*found, strict=True)
+    return paired_t(own_means, other_means), paired_p(own_means, other_means)
 
 
 def watched(results: Results, pair: Pair) -> list[tuple[pd.Series, pd.Series]]:

@@ -1,16 +1,17 @@
 """Ablations beside their defaults, seed by seed: what all tables and figures of effects are made of."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import Interval, paired_t, probability_of_improvement
+from lawn_sb3.results.statistics import Interval, holm, paired_p, paired_t, probability_of_improvement
 
 SORTED_BY = "reward"
-MARK = " †"
-"""Beside an effect whose interval leaves 0 out."""
+MARK, SURE_MARK = " †", " ‡"
+"""Beside an effect whose interval leaves 0 out, and beside one that also passes Holm's correction."""
 EFFECTS = ("reward", "success_percent", "makespan_slots", "utility_mbps", "collisions")
 """The quantities whose change is an effect."""
 SEARCHED = (
@@ -48,6 +49,10 @@ class Pair:
         """The mean of these differences, with Student's t interval over seeds."""
         return paired_t(self.own[quantity], self.other[quantity])
 
+    def p_value(self, quantity: str) -> float:
+        """That of Student's paired test; NaN for one seed, and where chance has no part: all differences are equal."""
+        return paired_p(self.own[quantity], self.other[quantity])
+
     def improvement(self, results: Results, column: str) -> Interval:
         """How often a seed of the method beats a seed of the default on the same test episode.
 
@@ -64,6 +69,34 @@ class Pair:
 def significant(effect: Interval) -> bool:
     """Whether an interval leaves 0 out; not if its bounds are unknown."""
     return effect.low > 0.0 or effect.high < 0.0
+
+
+class Marks:
+    """Which of several effects are there: by themselves, and among all of them.
+
+    :param effects: intervals, each with its p-value, in any order; NaN where chance has no part
+    """
+
+    def __init__(self, effects: Sequence[tuple[Interval, float]]) -> None:
+        tested = [p for effect, p in effects if effect.is_known and not np.isnan(p)]
+        self.level = holm(tested)
+        self.num_tested = len(tested)
+        self.num_marked = sum(significant(effect) for effect, p in effects if not np.isnan(p))
+        self.num_sure = sum(p <= self.level for p in tested)
+
+    def is_sure(self, effect: Interval, p_value: float) -> bool:
+        """Whether an effect passes Holm's correction; one in which all seeds agree to the last digit needs none."""
+        return significant(effect) and (bool(np.isnan(p_value)) or p_value <= self.level)
+
+    def mark(self, effect: Interval, p_value: float) -> str:
+        """What stands beside it in a table."""
+        return SURE_MARK if self.is_sure(effect, p_value) else MARK if significant(effect) else ""
+
+
+def marks_of(groups: Mapping[str, Sequence[Pair]]) -> Marks:
+    """Those of all effects of all pairs."""
+    pairs = [pair for own in groups.values() for pair in own]
+    return Marks([(pair.effect(name), pair.p_value(name)) for pair in pairs for name in EFFECTS])
 
 
 def pair_up(results: Results) -> dict[str, list[Pair]]:

@@ -25,7 +25,9 @@ from scipy.stats import bootstrap, trim_mean, ttest_ind, ttest_rel
 
 from lawn_sb3.errors import UserError
 
-CONFIDENCE = 0.95
+LEVEL = 0.05
+"""Chance that a test, or a family of tests together, finds a difference where none is."""
+CONFIDENCE = 1.0 - LEVEL
 """Share of the resamples between the bounds of an interval, or of t intervals that hold the true value."""
 RESAMPLES = 2_000
 """Bootstrap resamples of an interval."""
@@ -121,6 +123,48 @@ def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float 
     return _students_t(float(first.mean() - second.mean()), (first, second), test, confidence)
 
 
+def welch_p(by_seed: ArrayLike, other: ArrayLike) -> float:
+    """The two-sided p-value of Welch's test, below 0.05 where the interval of :func:`welch_difference` leaves 0 out.
+
+    :param by_seed: one score per seed [S1]
+    :param other: the same of another method [S2]
+    :return: the p-value; NaN where no seed differs from another of its method, so that chance has no part in it, and
+        for one seed
+    :raises UserError: if there is no score, or one that is not finite
+    """
+    first, second = (_checked(values, "by_seed", "S") for values in (by_seed, other))
+    return _p_value((first, second), partial(ttest_ind, first, second, equal_var=False))
+
+
+def paired_p(by_seed: ArrayLike, other: ArrayLike) -> float:
+    """The two-sided p-value of Student's paired test, below 0.05 where the interval of :func:`paired_t` leaves 0 out.
+
+    :param by_seed: one score per seed [S]
+    :param other: the same of the other method, in the same order of seeds [S]
+    :return: the p-value; NaN where all differences are equal, and for one seed
+    :raises UserError: if there is no score, or one that is not finite
+    """
+    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
+    return _p_value((first - second,), partial(ttest_rel, first, second))
+
+
+def holm(p_values: Sequence[float], level: float = LEVEL) -> float:
+    """The largest p-value that Holm's procedure rejects: of a family of tests, all up to it are significant together.
+
+    The smallest of m p-values has to be at most level / m, the next at most level / (m - 1) and so on, up to the first
+    that is not. The chance that any true hypothesis of the family is rejected is then at most the level, whatever the
+    tests have to do with each other: Holm, "A Simple Sequentially Rejective Multiple Test Procedure" (1979).
+
+    :param p_values: those of the family [m]; NaN is no test, and not counted
+    :param level: chance of one false rejection or more
+    :return: the largest rejected one; 0 if none is
+    """
+    ordered = np.sort([p for p in p_values if not np.isnan(p)])
+    passed = ordered <= level / np.arange(len(ordered), 0, -1)
+    count = int(np.logical_and.accumulate(passed).sum())
+    return float(ordered[count - 1]) if count else 0.0
+
+
 def paired_t(by_seed: ArrayLike, other: ArrayLike) -> Interval:
     """Mean difference seed by seed with Student's t interval over the S differences; effects of ablations rest on it.
 
@@ -169,6 +213,15 @@ def _students_t(
         warnings.filterwarnings("ignore", "Precision loss")  # hardly any spread: the bounds are right all the same
         bounds = test().confidence_interval(confidence)
     return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
+
+
+def _p_value(samples: Sequence[NDArray[np.float64]], test: Callable[[], Any]) -> float:
+    """The p-value of a SciPy test; NaN if a sample has one seed, or none has any spread."""
+    if min(map(len, samples)) < 2 or not any(map(np.ptp, samples)):
+        return float("nan")
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Precision loss")
+        return float(test().pvalue)
 
 
 def _over_pairs(pairs: NDArray[np.float64]) -> Interval:

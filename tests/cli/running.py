@@ -42,6 +42,6 @@ def exit_status(*arguments: str | Path) -> int:
 def recipe(folder: Path, **changes: object) -> Path:
     path = folder / "tiny.yaml"
     evaluation = {"episodes": 4, "record_every": 1, "watch_every": 200, "watch_episodes": 2}
-    content = {"seeds": [0, 1], "set": ["max_slots=20"], "evaluation": evaluation, "methods": METHODS, **changes}
+    content = {"seeds": [0, 1], "evaluation": evaluation, "methods": METHODS, **changes}
     path.write_text(yaml.safe_dump(content, sort_keys=False), encoding="utf-8")
     return path

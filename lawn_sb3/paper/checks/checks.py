@@ -9,6 +9,7 @@ from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
 from lawn_sb3.experiment.run_directory.files import EPISODE_KEY, episode_and_uav, evaluation_columns
+from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.paper.printed_values import LATEST_SLOTS, TABLE_II
 from lawn_sb3.paper.roles import FORMS, cast
 from lawn_sb3.results.results import BOUND, EQUILIBRIA
@@ -26,7 +27,7 @@ NOISE = 10.0
 
 def judges_claims(recipe: Recipe, finished: Sequence[Cell]) -> bool:
     """Whether the report judges the claims that need no other recipe."""
-    return not has_ladder({cell.key: cell.method for cell in finished})
+    return bool(printed_rows(recipe)) and not has_ladder({cell.key: cell.method for cell in finished})
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,11 @@ def _of_lengths(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
         "uavs": whole("UAVs of all test missions that have it", "UAVs", 1, episodes * game.num_uavs),
         "least_mbps": number("rate and terminal terms of J, at least", "Mbps", 0),
     }
+
+
+def _of_hovering(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
+    seeks = whole("1 if those that hover move to the best voxel within one slot first", "", 0, 1)
+    return {"seeks": seeks, **evaluation_columns(recipe.game(), recipe.evaluation.episodes)}
 
 
 def _of_cycles(recipe: Recipe, finished: Sequence[Cell]) -> Columns:
@@ -130,9 +136,10 @@ CHECKS = (
         depends_on=lambda recipe, finished: {"missions": CYCLE_MISSIONS},
     ),
     Check(
-        "hovering",  # raw rows of the player that hovers
-        columns=lambda recipe, finished: evaluation_columns(recipe.game(), recipe.evaluation.episodes),
-        depends_on=lambda recipe, finished: {"share_flying": SHARE_FLYING},
+        "hovering",  # raw rows of the player that hovers, where it starts and in the best voxel nearby
+        columns=_of_hovering,
+        key=("seeks", *EPISODE_KEY),
+        depends_on=lambda recipe, finished: {"share_flying": SHARE_FLYING, "seeks": [0, 1]},
     ),
     Check(
         "state_noise",

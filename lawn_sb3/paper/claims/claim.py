@@ -16,8 +16,30 @@ from pydantic import BaseModel, ConfigDict
 
 from lawn_sb3.paper.claims.evidence import Evidence
 
-Verdict = Literal["reproduced", "partly", "not reproduced", "impossible as printed", "not testable"]
+Verdict = Literal[
+    "reproduced",
+    "partly",
+    "contradicted",
+    "not shown",
+    "impossible as printed",
+    "fitted",
+    "by construction",
+    "not testable",
+]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+MEANINGS: dict[Verdict, str] = {
+    "reproduced": "the data show it",
+    "partly": "some of its conditions hold",
+    "contradicted": "the data show the contrary",
+    "not shown": "these data cannot tell",
+    "impossible as printed": "what the paper prints contradicts itself",
+    "fitted": "the figures agree, and the game's constants were chosen so that they do",
+    "by construction": "it holds in every run of the game as it is defined",
+    "not testable": "runs are missing",
+}
+"""What each verdict says."""
+Condition = Literal["holds", "fails", "open"]
+"""What the data say of a condition; open: they cannot tell."""
 CLAIMS_FILE = Path(__file__).with_name("claims.yaml")
 
 
@@ -45,6 +67,8 @@ class Claim(BaseModel):
     :param measure: what is measured, and what makes the verdict
     :param rule: judges it
     :param headline: whether it is one of those that carry the paper
+    :param owed_to: why it holds, where no run could have shown otherwise: then the verdict is this in place of
+        ``reproduced``. Fitted figures that do not all agree contradict it
     :param needs: the recipe in ``runs/`` whose methods it takes and in whose report it is judged, if not the paper's
     """
 
@@ -57,6 +81,7 @@ class Claim(BaseModel):
     measure: str
     rule: Rule
     headline: bool = False
+    owed_to: Literal["fitted", "by construction"] | None = None
     needs: Literal["ablation", "ladder"] | None = None
 
 

@@ -1,6 +1,7 @@
 """What claims are held to: what the runs left, and what was flown for the claims alone."""
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.paper.roles import cast, described
 from lawn_sb3.results.results import Results
+from lawn_sb3.results.statistics import LEVEL, holm
 
 
 class CannotTellError(Exception):
@@ -17,10 +19,39 @@ class CannotTellError(Exception):
 
 
 @dataclass
+class Family:
+    """The differences that claims test, as one family.
+
+    :param level: the largest p-value that counts
+    :param p_values: what was tested so far; a difference that several claims test counts once
+    """
+
+    level: float = LEVEL
+    p_values: dict[tuple[str, ...], float] = field(default_factory=dict)
+
+    def is_apart(self, tested: tuple[str, ...], p_value: float) -> bool:
+        """Whether a difference counts; the p-value is NaN where no seed differs from another: chance has no part."""
+        if math.isnan(p_value):
+            return True
+        self.p_values[tested] = p_value
+        return p_value <= self.level
+
+    def correct(self) -> None:
+        """From now on judge by Holm's procedure over all that was tested so far."""
+        self.level = holm(list(self.p_values.values()))
+
+    @property
+    def num_apart(self) -> int:
+        """How many of the differences count."""
+        return sum(p_value <= self.level for p_value in self.p_values.values())
+
+
+@dataclass
 class Evidence:
-    """What claims are held to."""
+    """What claims are held to, and the tests that they make of it."""
 
     results: Results
+    tests: Family = field(default_factory=Family)
 
     @cached_property
     def roles(self) -> dict[str, str]:

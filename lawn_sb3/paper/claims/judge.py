@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.paper.claims.claim import Claim, Finding, Judged
+from lawn_sb3.paper.claims.claim import Claim, Finding, Judged, Verdict
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import sentence
 
@@ -11,12 +11,29 @@ from lawn_sb3.paper.claims.rule_parts import sentence
 def judge(claim: Claim, evidence: Evidence) -> Finding:
     """Hold one claim to the evidence; it is ``not testable`` where that is missing."""
     try:
-        return claim.rule(evidence)
+        finding = claim.rule(evidence)
+        return finding._replace(verdict=_verdict(claim, finding.verdict))
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
         elsewhere = f"; it is judged in the report of runs/{claim.needs}.yaml" if claim.needs is not None else ""
         return Finding("not testable", "", sentence(f"{error}{elsewhere}"))
 
 
+def _verdict(claim: Claim, found: Verdict) -> Verdict:
+    """The verdict of a rule, if the claim owes nothing to how the game was made."""
+    if claim.owed_to is None:
+        return found
+    if found == "reproduced":
+        return claim.owed_to
+    return "contradicted" if claim.owed_to == "fitted" else found
+
+
 def judge_all(claims: Sequence[Claim], evidence: Evidence) -> list[Judged]:
-    """Hold all claims to the evidence, in order."""
+    """Hold all claims to the evidence, in order.
+
+    A difference between two methods counts if it is significant among all that these claims test, by Holm's procedure:
+    a first pass collects the tests, a second one judges.
+    """
+    for claim in claims:
+        judge(claim, evidence)
+    evidence.tests.correct()
     return [Judged(claim, judge(claim, evidence)) for claim in claims]

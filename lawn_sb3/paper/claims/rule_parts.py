@@ -1,18 +1,49 @@
 """What rules share: differences with intervals, the verdict on several conditions, and words for the reason."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.paper.claims.claim import Verdict
+from lawn_sb3.paper.claims.claim import Condition, Verdict
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
 from lawn_sb3.results.quantities import QUANTITIES
-from lawn_sb3.results.statistics import Interval, mean_interval, welch_difference
+from lawn_sb3.results.statistics import Interval, mean_interval, welch_difference, welch_p
 
 TINY = 1e-9
 """Files keep nine digits: a smaller difference is none."""
+
+
+class Difference(NamedTuple):
+    """A difference of two methods that a claim needs to lie on one side of 0."""
+
+    interval: Interval
+    """Welch's 95 % interval."""
+    apart: bool
+    """Whether it is significant among all differences that the claims test."""
+
+    def above_0(self, sign: float = 1.0) -> Condition:
+        """Whether it lies above 0, or with the sign -1 below: open if these seeds cannot tell.
+
+        It fails if it lies on the other side, and if both methods are level in every seed, so that neither leads.
+        """
+        if not self.apart:
+            return "open"
+        return "holds" if is_positive(sign * self.interval.value) else "fails"
+
+    def word(self, sign: float = 1.0) -> str:
+        """What one method does beside the other, such as ``does worse than``; with the sign -1 less is better."""
+        if self.apart and abs(self.interval.value) <= TINY:
+            return "is level with"
+        return {"holds": "does better than", "fails": "does worse than", "open": "cannot be told from"}[
+            self.above_0(sign)
+        ]
+
+    def text(self, decimals: int) -> str:
+        """The interval for a sentence."""
+        return self.interval.text(decimals)
 
 
 def join(parts: Sequence[str]) -> str:
@@ -25,16 +56,47 @@ def sentence(text: str) -> str:
     return f"{text[0].upper()}{text[1:]}."
 
 
-def counted(conditions: Sequence[bool]) -> str:
-    """How many of several conditions hold, such as ``1 of 2 do``."""
-    return f"{sum(conditions)} of {len(conditions)} {'does' if len(conditions) == 1 else 'do'}"
+def counted(conditions: Sequence[Condition]) -> str:
+    """How many of several conditions hold, and how many are open, such as ``1 of 3 does, 1 cannot be told``."""
+    held, unsure = conditions.count("holds"), conditions.count("open")
+    does = "does" if held == 1 else "do"
+    return f"{held} of {len(conditions)} {does}" + (f", {unsure} cannot be told" if unsure else "")
 
 
-def combine(conditions: Sequence[bool]) -> Verdict:
-    """The verdict on several conditions: all, some or none of them hold."""
-    if all(conditions):
+def holds_if(truth: bool) -> Condition:
+    """A condition that the data always decide."""
+    return "holds" if truth else "fails"
+
+
+def at_least(interval: Interval, least: float) -> Condition:
+    """Whether a figure reaches a level: with its whole interval, with nothing of it, or open."""
+    if interval.low >= least:
+        return "holds"
+    return "fails" if interval.high < least else "open"
+
+
+def against_all(conditions: Sequence[Condition]) -> Condition:
+    """Whether something holds against every rival: it fails with the first that it fails against."""
+    if "fails" in conditions:
+        return "fails"
+    return "holds" if all(each == "holds" for each in conditions) else "open"
+
+
+def combine(*forms: Iterable[Condition]) -> Verdict:
+    """The verdict on the conditions of a claim.
+
+    All hold: reproduced; some: partly. None holds, and in every form something fails: contradicted. Otherwise the data
+    cannot tell: not shown.
+
+    :param forms: the conditions of each form of the method that the claim is about, or of the claim as a whole
+    """
+    listed = [list(form) for form in forms]
+    every = [condition for form in listed for condition in form]
+    if all(condition == "holds" for condition in every):
         return "reproduced"
-    return "partly" if any(conditions) else "not reproduced"
+    if "holds" in every:
+        return "partly"
+    return "contradicted" if all("fails" in form for form in listed) else "not shown"
 
 
 def is_positive(value: float) -> bool:
@@ -63,15 +125,24 @@ def by_seed(evidence: Evidence, role: str, quantity: str) -> Interval:
     return evidence.results.mean(evidence.key(role), quantity)
 
 
-def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Interval:
-    """How much more of one of ``QUANTITIES`` one part gets than another, on the same missions, by Welch's interval.
+def seed_means(evidence: Evidence, quantity: str, role: str, other: str) -> tuple[NDArray[np.float64], ...]:
+    """The means of one of ``QUANTITIES`` of two parts by seed, [S1] and [S2], on the same missions.
 
-    :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
+    :raises CannotTellError: if they flew different numbers of missions
     """
     own, others = (evidence.scores(part, quantity) for part in (role, other))
     if own.shape[1] != others.shape[1]:
         raise CannotTellError(f"needs {evidence.label(role)} and {evidence.label(other)} on the same missions")
-    return seed_difference(own.mean(axis=1), others.mean(axis=1))
+    return own.mean(axis=1), others.mean(axis=1)
+
+
+def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Difference:
+    """How much more of one of ``QUANTITIES`` one part gets than another, on the same missions, by Welch's interval.
+
+    :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
+    """
+    own, others = seed_means(evidence, quantity, role, other)
+    return seed_difference(evidence, quantity, role, other, own, others)
 
 
 def printed_difference(evidence: Evidence, quantity: str, role: str, other: str) -> float | None:
@@ -83,20 +154,38 @@ def printed_difference(evidence: Evidence, quantity: str, role: str, other: str)
     return own - others
 
 
-def seed_difference(own: NDArray[np.float64], others: NDArray[np.float64]) -> Interval:
-    """Difference of two means over seeds [S1] and [S2], by Welch's interval: seeds of two methods are no pairs.
+def seed_difference(
+    evidence: Evidence, figure: str, role: str, other: str, own: NDArray[np.float64], others: NDArray[np.float64]
+) -> Difference:
+    """Difference of two means over seeds, by Welch's interval: seeds of two methods are no pairs.
 
+    It is one of the differences that the claims test, and counted once, however many of them do.
+
+    :param evidence: keeps count
+    :param figure: what differs
+    :param role: the one part
+    :param other: the other
+    :param own: the figure of the one, by seed [S1]
+    :param others: the same of the other [S2]
     :raises CannotTellError: if one of them has a single seed
     """
-    return known(welch_difference(own, others))
+    interval = known(welch_difference(own, others))
+    tested = (figure, *sorted((role, other)))
+    return Difference(interval, evidence.tests.is_apart(tested, welch_p(own, others)))
 
 
 def higher(
-    evidence: Evidence, values: Mapping[str, NDArray[np.float64]], of: Sequence[str], unit: str, decimals: int
+    evidence: Evidence,
+    figure: str,
+    values: Mapping[str, NDArray[np.float64]],
+    of: Sequence[str],
+    unit: str,
+    decimals: int,
 ) -> tuple[Verdict, str, str]:
-    """Whether a figure is higher for some parts than for each of the others.
+    """Whether a figure is higher for some parts than for each of the others: pairs of them are the forms of the claim.
 
     :param evidence: what the runs left
+    :param figure: what it is called among the differences that the claims test
     :param values: the figure by part, one value per seed
     :param of: the parts said to have more than the rest
     :param unit: of the figure, with a space in front
@@ -105,9 +194,11 @@ def higher(
     :raises CannotTellError: if a part has a single seed
     """
     than = [role for role in values if role not in of]
-    found = [seed_difference(values[role], values[other]) for role in of for other in than]
-    held = [is_positive(each.low) for each in found]
+    found = [
+        seed_difference(evidence, figure, role, other, values[role], values[other]) for role in of for other in than
+    ]
+    conditions = [each.above_0() for each in found]
     shown = [f"{evidence.label(role)}: {mean_interval(own).text(decimals)}{unit}" for role, own in values.items()]
     differences = ", ".join(each.text(decimals) for each in found)
-    why = f"Each difference ({differences}) has to lie above 0 with its whole interval: {counted(held)}."
-    return combine(held), "; ".join(shown), why
+    why = f"Each difference ({differences}) has to lie above 0: {counted(conditions)}."
+    return combine(*([condition] for condition in conditions)), "; ".join(shown), why

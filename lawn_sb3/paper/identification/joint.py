@@ -204,7 +204,9 @@ def _row(
     if constants:
         budget_db = link_budget_db(PAPER.changed(tx_power_dbm=constants["tx_power_dbm"]))
         values: dict[str, Any] = {**constants, "link_budget_db": budget_db}
-        reasons += [f"{name} {values[name]:.4g}" for name, (low, high) in MEANT.items() if not low <= values[name] <= high]
+        reasons += [
+            f"{name} {values[name]:.4g}" for name, (low, high) in MEANT.items() if not low <= values[name] <= high
+        ]
     ruled_out = bool(reasons)
     reasons += [f"{SYMBOLS[name]} (z = {z[name]:+.1f})" for name in OF_FLIGHTS if abs(z[name]) > DISFAVOURED_Z]
     return {

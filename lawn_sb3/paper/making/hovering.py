@@ -8,17 +8,19 @@ from lawn_sb3.planning import ShortestPathPlayer
 
 
 class HoveringPlayer:
-    """Some UAVs fly straight to their destinations, the others to the best voxel within one slot, where they stay.
+    """Some UAVs fly straight to their destinations, the others stay where they start, or in the best voxel nearby.
 
-    The best voxel is the one that promises the highest rate by the cell loads at the start, as if nobody else moved.
+    The best voxel is, of those within one slot, the one that promises the highest rate by the cell loads at the start,
+    as if nobody else moved.
 
     :param share_flying: share of the UAVs that fly, drawn one by one
+    :param seeks: whether those that hover move to the best voxel first
     """
 
     name = "hover"
 
-    def __init__(self, share_flying: float) -> None:
-        self.share_flying = share_flying
+    def __init__(self, share_flying: float, *, seeks: bool) -> None:
+        self.share_flying, self.seeks = share_flying, seeks
         self._straight = ShortestPathPlayer()
 
     def start(self, simulator: Simulator, rng: np.random.Generator) -> None:
@@ -30,7 +32,8 @@ class HoveringPlayer:
         # Action 0 hovers, so that its cell is the own one, whose load counts this UAV already.
         load = state.cell_load[np.arange(len(cell))[:, None, None], cell] + (cell != cell[..., :1])
         # Of several moves to the best voxel the first is the shortest, which stays inside.
-        self._next = (rules.num_rbs[cell] // load * rules.rb_rate_mbps[x, y, z]).argmax(axis=-1)  # [G, N]
+        best = (rules.num_rbs[cell] // load * rules.rb_rate_mbps[x, y, z]).argmax(axis=-1)  # [G, N]
+        self._next = best if self.seeks else np.zeros_like(best)
         self._flies = rng.random(state.flying.shape) < self.share_flying
         self._straight.start(simulator, rng)
 

@@ -34,9 +34,14 @@ def printed_grid(recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
 
 
 def hovering(recipe: Recipe, finished: Sequence[Cell]) -> pd.DataFrame:
-    """Raw rows of UAVs of which as many fly as the paper's IQL brings to their destinations."""
-    player = HoveringPlayer(SHARE_FLYING)
-    return evaluate(player, recipe.game(), recipe.evaluation.episodes, recipe.evaluation.seed)
+    """Raw rows of UAVs of which as many fly as the paper's IQL brings home, and the others hover, in both ways."""
+    parts = []
+    for seeks in (False, True):
+        player = HoveringPlayer(SHARE_FLYING, seeks=seeks)
+        rows = evaluate(player, recipe.game(), recipe.evaluation.episodes, recipe.evaluation.seed)
+        rows.insert(0, "seeks", int(seeks))
+        parts.append(rows)
+    return pd.concat(parts, ignore_index=True)
 
 
 MAKERS: dict[str, Callable[[Recipe, Sequence[Cell]], pd.DataFrame]] = {

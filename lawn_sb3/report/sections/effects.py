@@ -13,13 +13,11 @@ from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, error_bars, use_house_style
 from lawn_sb3.report.table import Row, interval_columns, row_of, sample_text, table_of
 from lawn_sb3.results.learning import THRESHOLD, median_crossing
-from lawn_sb3.results.pairing import EFFECTS, MARK, SEARCHED, Pair, left_out, pair_up, significant
+from lawn_sb3.results.pairing import EFFECTS, SEARCHED, Marks, Pair, left_out, marks_of, pair_up
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
-from lawn_sb3.results.statistics import UNKNOWN, Interval, mean_interval
+from lawn_sb3.results.statistics import LEVEL, UNKNOWN, Interval, mean_interval
 
-CHANCE = 0.05
-"""Share of the effects that would be marked if none were there."""
 IMPROVED = ("reward", "utility_mbps")
 """Quantities in which two seeds are rarely level on a test episode, so that they can be held against each other."""
 ROW_INCHES = 0.28
@@ -32,11 +30,13 @@ LEAST_SIDE = 0.2
 
 AT_A_GLANCE = (
     "Ablation minus default, in the order of the table. Large points: mean over seeds with Student's t interval "
-    "(95 %) over the differences seed by seed, filled where it leaves 0 out; small ones: the seeds. In the grey rows "
-    "the defaults' own figures. Where an effect is so large that it would hide the others it lies beyond the axis, and "
-    "its figures are written at the edge. The intervals are not corrected for their number."
+    "(95 %) over the differences seed by seed; small ones: the seeds. Filled: passes Holm's correction over all "
+    "{tested} effects, as {sure} do, or all seeds agree; an open point whose interval leaves 0 out may be chance, as "
+    "there are so many. In the grey rows the defaults' own figures. Where an effect is so large that it would hide the "
+    "others it lies beyond the axis, and its figures are written at the edge, with ‡ for filled and † for an interval "
+    "that leaves 0 out, as in the table."
 )
-"""What the figure shows."""
+"""What the figure shows, to be filled with how many effects there are."""
 
 
 def section(results: Results) -> Section:
@@ -47,11 +47,13 @@ def section(results: Results) -> Section:
         from the best effect on J to the worst; and a figure of the same rows
     """
     groups = pair_up(results)
+    marks = marks_of(groups)
     rows: list[Row] = []
     for baseline, pairs in groups.items():
-        rows += [_default_row(results, baseline), *(_effect_row(results, pair) for pair in pairs)]
-    table = table_of(rows, _caption([pair for pairs in groups.values() for pair in pairs]))
-    figure = Picture(_figure(results, groups), AT_A_GLANCE) if groups else None
+        rows += [_default_row(results, baseline), *(_effect_row(results, pair, marks) for pair in pairs)]
+    table = table_of(rows, _caption(marks))
+    text = AT_A_GLANCE.format(sure=marks.num_sure, tested=marks.num_tested)
+    figure = Picture(_figure(results, groups, marks), text) if groups else None
     parts = {"effects": table, "effects_forest": figure}
     return Section("What each part is worth", parts, problems=tuple(left_out(results)))
 
@@ -61,14 +63,19 @@ def _default_row(results: Results, key: str) -> Row:
     by_seed = results.by_seed()
     own = by_seed[by_seed["method"] == key]
     figures = {name: mean_interval(own[name]) for name in EFFECTS}
-    return _row(results, key, results.seeds(key), figures, dict.fromkeys(IMPROVED, UNKNOWN))
+    return _row(results, key, results.seeds(key), figures, dict.fromkeys(IMPROVED, UNKNOWN), {})
 
 
-def _effect_row(results: Results, pair: Pair) -> Row:
+def _effect_row(results: Results, pair: Pair, marks: Marks) -> Row:
     """An ablation's differences to its default."""
     figures = {name: pair.effect(name) for name in EFFECTS}
     improved = {name: pair.improvement(results, name) for name in IMPROVED}
-    return _row(results, pair.key, pair.seeds, figures, improved, pair.baseline)
+    p_values = {name: pair.p_value(name) for name in EFFECTS}
+    signs = {name: marks.mark(figures[name], p_values[name]) for name in EFFECTS}
+    row = _row(results, pair.key, pair.seeds, figures, improved, signs, pair.baseline)
+    row.numbers |= {f"{name}_p": p_value for name, p_value in p_values.items()}
+    row.numbers |= {f"{name}_sure": marks.is_sure(figures[name], p_values[name]) for name in EFFECTS}
+    return row
 
 
 def _row(
@@ -77,6 +84,7 @@ def _row(
     seeds: list[int],
     figures: dict[str, Interval],
     improved: dict[str, Interval],
+    signs: dict[str, str],
     baseline: str | None = None,
 ) -> Row:
     """A row; one without a baseline is a default's."""
@@ -88,8 +96,7 @@ def _row(
         row.cells["Method"] += " (default)"
     for name, found in figures.items():
         quantity = QUANTITIES[name]
-        mark = MARK if baseline and significant(found) else ""
-        row.add(name, quantity.difference_heading, found, quantity.fine_decimals, after=mark)
+        row.add(name, quantity.difference_heading, found, quantity.fine_decimals, after=signs.get(name, ""))
         if name in improved:
             row.cells[f"P(better {quantity.symbol})"] = improved[name].text(2)
     row.numbers |= interval_columns({f"{name}_improvement": found for name, found in improved.items()})
@@ -98,24 +105,22 @@ def _row(
     return row
 
 
-def _caption(pairs: list[Pair]) -> str:
-    """What the table shows, and how many of its marks chance alone would set."""
-    known = [pair.effect(name) for pair in pairs for name in EFFECTS if len(pair.seeds) > 1]
-    marked = sum(significant(effect) for effect in known)
+def _caption(marks: Marks) -> str:
+    """What the table shows, and how many of its effects are sure."""
     return (
         "Ablations under their defaults, from the best effect on J̄ to the worst. Rows of defaults are their own "
         "figures [95 % bootstrap interval over seeds]. Δ: ablation minus default, seed by seed on the same test "
         "missions, mean over seeds [95 % Student's t interval over these differences, which takes them for normal and "
-        "may reach beyond what is possible, such as 100 % success]. †: the interval leaves 0 out. The intervals are "
-        f"not corrected for their number: of {len(known)} ({len(pairs)} ablations × {len(EFFECTS)} quantities) "
-        f"{marked} are marked, and up to about {CHANCE * len(known):.0f} would be if no effect were there; all effects "
-        "of a group share the default's runs, so such marks come together. T̄: makespan, less is better. U: mean "
-        "utility. Collisions: of a UAV in a mission, fewer are better. P(better): probability that a seed of the "
-        "ablation does better than one of the default on the same test episode, ties counted half, so that 0.5 is no "
-        "difference [95 % bootstrap interval over seeds, which with five seeds holds the true value in about five of "
-        "six cases; not counted among the marks]. J̄ counts all terms of the reward, also where training was not given "
-        f"one. Env steps: until the first greedy evaluation with {THRESHOLD:.0f} % success, median "
-        f"of the seeds. n: seeds × test episodes. {SEARCHED}"
+        "may reach beyond what is possible, such as 100 % success]. †: the interval leaves 0 out, which by itself says "
+        f"little among so many: of the {marks.num_tested} effects in which seeds differ {marks.num_marked} do, and "
+        f"about {LEVEL * marks.num_tested:.0f} would if there were none. ‡: it also passes Holm's correction over "
+        f"these {marks.num_tested} at 5 %, as {marks.num_sure} do, or all seeds agree. Conclusions rest on ‡ alone. "
+        "T̄: makespan, less is better. U: mean utility. Collisions: of a UAV in a mission, fewer are better. "
+        "P(better): probability that a seed of the ablation does better than one of the default on the same test "
+        "episode, ties counted half, so that 0.5 is no difference [95 % bootstrap interval over seeds, which with five "
+        "seeds holds the true value in about five of six cases; not counted among the marks]. J̄ counts all terms of "
+        "the reward, also where training was not given one. Env steps: until the first greedy evaluation with "
+        f"{THRESHOLD:.0f} % success, median of the seeds. n: seeds × test episodes. {SEARCHED}"
     )
 
 
@@ -130,7 +135,7 @@ class Span(NamedTuple):
         return bool(values.min() >= self.low and values.max() <= self.high)
 
 
-def _figure(results: Results, groups: dict[str, list[Pair]]) -> Figure:
+def _figure(results: Results, groups: dict[str, list[Pair]], marks: Marks) -> Figure:
     """A panel for each quantity: one row for each ablation, under its default, in the order of the table."""
     use_house_style()
     rows: list[str | Pair] = []
@@ -140,7 +145,7 @@ def _figure(results: Results, groups: dict[str, list[Pair]]) -> Figure:
     axes = figure.subplots(1, len(EFFECTS), sharey=True)
     palette, levels = colours(groups), results.by_seed().groupby("method")[[*EFFECTS]].mean()
     for ax, name in zip(axes, EFFECTS, strict=True):
-        _draw_panel(ax, name, rows, levels[name], palette)
+        _draw_panel(ax, name, rows, levels[name], palette, marks)
     labels = [results.recipe.methods[row if isinstance(row, str) else row.key].label for row in rows]
     axes[0].set_yticks(range(len(rows)), labels)
     for text, row in zip(axes[0].get_yticklabels(), rows, strict=True):
@@ -150,7 +155,9 @@ def _figure(results: Results, groups: dict[str, list[Pair]]) -> Figure:
     return figure
 
 
-def _draw_panel(ax: Axes, name: str, rows: list[str | Pair], levels: pd.Series, palette: dict[str, str]) -> None:
+def _draw_panel(
+    ax: Axes, name: str, rows: list[str | Pair], levels: pd.Series, palette: dict[str, str], marks: Marks
+) -> None:
     """One quantity."""
     quantity = QUANTITIES[name]
     span = visible_span([_extent(row, name) for row in rows if isinstance(row, Pair)])
@@ -158,7 +165,7 @@ def _draw_panel(ax: Axes, name: str, rows: list[str | Pair], levels: pd.Series, 
     ax.axvline(0.0, color="0.4", linewidth=0.9, zorder=1)
     for y, row in enumerate(rows):
         if isinstance(row, Pair):
-            _draw_effect(ax, row, name, y, palette[row.baseline], span)
+            _draw_effect(ax, row, name, y, palette[row.baseline], span, marks)
         else:
             ax.axhspan(y - 0.5, y + 0.5, color="0.93", zorder=1.5)
             text = f"{levels[row]:.{quantity.fine_decimals}f}{quantity.level_unit}"
@@ -200,16 +207,17 @@ def _extent(pair: Pair, name: str) -> NDArray[np.float64]:
     return np.asarray(values[~np.isnan(values)])
 
 
-def _draw_effect(ax: Axes, pair: Pair, name: str, y: int, colour: str, span: Span) -> None:
+def _draw_effect(ax: Axes, pair: Pair, name: str, y: int, colour: str, span: Span, marks: Marks) -> None:
     """Point, interval and seeds; where they lie beyond the axis, their figures."""
     effect = pair.effect(name)
-    fill = colour if significant(effect) else "white"
+    fill = colour if marks.is_sure(effect, pair.p_value(name)) else "white"
     seeds = pair.differences(name)
     ax.plot(seeds, np.full(len(seeds), y + 0.27), "o", markersize=3, color=colour, alpha=0.4, markeredgewidth=0)
     look: dict[str, Any] = {"color": colour, "markerfacecolor": fill, "capsize": 2.5, "linewidth": 1.4, "zorder": 3}
     ax.errorbar(effect.value, y, xerr=error_bars(effect), fmt="o", markersize=5, **look)
     if not span.holds(_extent(pair, name)):
-        _write_at_edge(ax, effect.text(QUANTITIES[name].fine_decimals), y, left=effect.value < 0.0, colour=colour)
+        text = effect.text(QUANTITIES[name].fine_decimals) + marks.mark(effect, pair.p_value(name))
+        _write_at_edge(ax, text, y, left=effect.value < 0.0, colour=colour)
 
 
 def _write_at_edge(ax: Axes, text: str, y: int, *, left: bool, colour: str) -> None:

@@ -1,7 +1,7 @@
 """Table II: every method's figures with the paper's beside them, and every method held against CTDE-MAPPO."""
 
 from lawn_sb3.experiment.knowledge import bits_of
-from lawn_sb3.paper.printed_values import TABLE_II
+from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import Table, row_of, sample_of, table_of
 from lawn_sb3.results.attainable import attainable, explanation, share
@@ -9,10 +9,13 @@ from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import BOUND, Results
 from lawn_sb3.results.statistics import (
     UNKNOWN,
+    holm,
     interquartile_mean,
     mean_interval,
     paired_difference,
     probability_of_improvement,
+    welch_difference,
+    welch_p,
 )
 
 COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_mbps")
@@ -20,21 +23,23 @@ COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_
 BASES = ("state_critic", "centralized_critic")
 """Policies of the method that others are held against, the first there is: the paper's own critic."""
 COMPARED = ("reward", "utility_mbps")
+STRAIGHT = "shortest-path"
+"""The player that flies straight."""
 
 
 def section(results: Results) -> Section:
     """Table II of all methods, and the comparison of those whose UAVs meet."""
     tables = {"table2": _table_two(results), "comparison": _comparison(results.without_bound())}
-    return Section("Table II: performance", tables)
+    return Section("Table II: performance", tables, summary=_beside_straight_flight(results))
 
 
 def _table_two(results: Results) -> Table:
     """Means over seeds, the paper's values, and with results of the bound the share of the attainable welfare."""
-    by_seed, limits = results.by_seed(), attainable(results)
+    by_seed, limits, in_paper = results.by_seed(), attainable(results), printed_rows(results.recipe)
     rows = []
     for key, method in results.methods.items():
         own = by_seed[by_seed["method"] == key]
-        printed = TABLE_II[method.paper_row]._asdict() if method.paper_row else {}
+        printed = in_paper[key]._asdict() if key in in_paper else {}
         row = row_of(results, key, seeds=len(own), episodes=results.recipe.evaluation.episodes)
         for name in COLUMNS:
             quantity = QUANTITIES[name]
@@ -53,12 +58,13 @@ def _table_two(results: Results) -> Table:
         row.cells["n"] = sample_of(results, key)
         rows.append(row)
     actions = "greedy" if results.recipe.evaluation.deterministic else "sampled"
+    paper = "; in parentheses the paper's value" if in_paper else ""
     shares = f"{explanation(limits)} " if limits is not None else ""
     caption = (
         f"Mean over seeds [95 % bootstrap interval over seeds], {actions} actions, the same test missions for every "
-        "method and seed; in parentheses the paper's value. T̄ is the makespan: slots until the last UAV is done. "
-        "U is the mean utility, which the paper does not print. Told: bits that each UAV broadcasts in every slot so "
-        f"that the others can act as they do. {shares}n: seeds × test episodes."
+        f"method and seed{paper}. T̄ is the makespan: slots until the last UAV is done. U is the mean utility"
+        f"{', which the paper does not print' if in_paper else ''}. Told: bits that each UAV broadcasts in every slot "
+        f"so that the others can act as they do. {shares}n: seeds × test episodes."
     )
     return table_of(rows, caption)
 
@@ -89,6 +95,33 @@ def _comparison(results: Results) -> Table | None:
         "hold the true value in about five of six cases. n: seeds × test episodes."
     )
     return table_of(rows, caption)
+
+
+def _beside_straight_flight(results: Results) -> tuple[str, ...]:
+    """How the reward of the learners compares to that of UAVs which fly straight: a sentence, where both have seeds."""
+    straight = next((key for key, method in results.methods.items() if method.player == STRAIGHT), None)
+    learners = [key for key, method in results.methods.items() if method.algo is not None]
+    learners = [key for key in learners if len(results.seeds(key)) > 1]
+    if straight is None or not learners or len(results.seeds(straight)) < 2:
+        return ()
+    own, *others = (results.scores(key, "reward").mean(axis=1) for key in (straight, *learners))
+    found = {key: welch_difference(theirs, own) for key, theirs in zip(learners, others, strict=True)}
+    p_values = {key: welch_p(theirs, own) for key, theirs in zip(learners, others, strict=True)}
+    level = holm(list(p_values.values()))
+    less, more = (
+        sum(p_values[key] <= level and sign * found[key].value > 0.0 for key in learners) for sign in (-1.0, 1.0)
+    )
+    best = max(learners, key=lambda key: found[key].value)
+    blind, *collisions = (float(results.scores(key, "collisions").mean()) for key in (straight, *learners))
+    decimals = QUANTITIES["collisions"].fine_decimals
+    return (
+        f"Beside UAVs that fly straight, {'all' if less == len(learners) else less or 'none'} of the {len(learners)} "
+        f"learners {'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (Welch's test, Holm's "
+        f"correction over the {len(learners)}); the best, {results.methods[best].label}, differs by "
+        f"{found[best].text(QUANTITIES['reward'].fine_decimals)}. Of a UAV in a mission there are "
+        f"{blind:.{decimals}f} collisions in straight flight, and {min(collisions):.{decimals}f} to "
+        f"{max(collisions):.{decimals}f} with the learners.",
+    )
 
 
 def _base_method(results: Results) -> str | None:

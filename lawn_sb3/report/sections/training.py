@@ -8,7 +8,8 @@ from matplotlib.lines import Line2D
 
 from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Method
-from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
+from lawn_sb3.paper.comparable import printed_rows
+from lawn_sb3.paper.printed_values import PaperRow
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, mark_cut, use_house_style
@@ -43,9 +44,9 @@ CAPTION = (
     "(c, d) Greedy play on missions apart from the test's, not smoothed; it has no such bias. Rewards below -5 are on "
     "a logarithmic scale. (e, f) Greedy play where the learners differ, on axes that are cut (//): success from 90 % "
     "on, and utility after the first quarter of the training. Bands: 95 % bootstrap interval of the mean over seeds. "
-    "Dashed: players that do not learn, on the test missions; of the planners only one, which (f) leaves out. "
-    "Diamonds: the paper's values after training."
+    "Dashed: players that do not learn, on the test missions; of the planners only one, which (f) leaves out."
 )
+DIAMONDS = " Diamonds: the paper's values after training."
 
 
 def section(results: Results) -> Section | None:
@@ -53,7 +54,7 @@ def section(results: Results) -> Section | None:
     if has_ladder(results.methods) or not any(f"{source}/success_percent" in results.curves for source in SOURCES):
         return None
     parts: dict[str, Table | Picture | None] = {
-        "fig2_convergence": Picture(_figure(results), CAPTION),
+        "fig2_convergence": Picture(_figure(results), CAPTION + (DIAMONDS if printed_rows(results.recipe) else "")),
         "first_crossing": _first_crossing(results),
         "nearest_to_paper": _nearest_to_paper(results),
     }
@@ -101,7 +102,7 @@ def _figure(results: Results) -> Figure:
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
         for key, method in _drawn(results).items()
     ]
-    if any(method.paper_row for method in results.methods.values()):
+    if any(key in results.methods for key in printed_rows(results.recipe)):
         handles.append(Line2D([], [], color="0.3", marker="D", linestyle="", label="paper, after training"))
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return figure
@@ -152,10 +153,10 @@ def _draw_untrained(
 def _mark_paper(ax: Axes, results: Results, quantity: str, palette: dict[str, str]) -> None:
     """The paper's final value, once a row of its Table II, at the right edge."""
     marked = set()
-    for key, method in results.methods.items():
-        if method.paper_row and method.paper_row not in marked:
-            marked.add(method.paper_row)
-            value = getattr(TABLE_II[method.paper_row], quantity)
+    for key, row in printed_rows(results.recipe).items():
+        if key in results.methods and row not in marked:
+            marked.add(row)
+            value = getattr(row, quantity)
             edge = ax.get_yaxis_transform()
             ax.plot(1.0, value, "D", color=palette[key], markeredgecolor="0.2", transform=edge, clip_on=False, zorder=5)
 
@@ -185,24 +186,25 @@ def _first_crossing(results: Results) -> Table:
         row.cells["n"] = str(own["seed"].nunique())
         rows.append(row)
     caption = (
-        f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed; the "
-        "paper: about 150 K. At most: that was the first figure there is. Training missions are not smoothed here and "
-        "count too few failures early on, as those take longest to end. n: seeds."
+        f"Env steps until the first rollout (or greedy evaluation) with {THRESHOLD:.0f} % success, slowest seed"
+        f"{'; the paper: about 150 K' if printed_rows(results.recipe) else ''}. At most: that was the first figure "
+        "there is. Training missions are not smoothed here and count too few failures early on, as those take longest "
+        "to end. n: seeds."
     )
     return table_of(rows, caption)
 
 
 def _nearest_to_paper(results: Results) -> Table | None:
     """Where on its learning curve a method comes nearest to the success of its row in the paper."""
-    rows, columns = [], [f"greedy/{name}" for name in PaperRow._fields]
+    rows, columns, in_paper = [], [f"greedy/{name}" for name in PaperRow._fields], printed_rows(results.recipe)
     if not set(columns) <= set(results.curves):
         return None
     for key, method in results.methods.items():
         own = results.curves[results.curves["method"] == key].dropna(subset=columns)
-        if method.algo is None or method.paper_row is None or not len(own):
+        if method.algo is None or key not in in_paper or not len(own):
             continue
         curve = own.groupby("time/env_steps")[columns].mean()
-        printed = TABLE_II[method.paper_row]._asdict()
+        printed = in_paper[key]._asdict()
         distance = (curve["greedy/success_percent"] - printed["success_percent"]).abs()
         at = int(distance.to_numpy().argmin())
         row = row_of(results, key, env_steps=curve.index[at])

@@ -5,47 +5,65 @@ from collections.abc import Sequence
 
 from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.paper.claims import Evidence, judge_all, load_claims
-from lawn_sb3.paper.claims.claim import VERDICTS, Judged
+from lawn_sb3.paper.claims.claim import MEANINGS, VERDICTS, Judged
+from lawn_sb3.paper.claims.evidence import Family
+from lawn_sb3.paper.comparable import is_papers_game, printed_rows
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import Row, Table, table_of
 from lawn_sb3.results.pairing import SEARCHED
 from lawn_sb3.results.results import Results
 
 HEADING = "Claims of the paper"
+UNTESTABLE = "not testable"
 CAPTION = (
-    "Every checkable claim of the paper, how it is measured, what came out, and the verdict that follows by the rule "
-    "stated. Verdicts are computed from the runs, or from what the paper prints. Where CTDE-MAPPO is judged with two "
-    "critics, both have to pass; partly: some of several conditions hold. In brackets 95 % intervals over seeds: of "
+    "Checkable claims of the paper, {count} of which these runs can test: how each is measured, what came out, and the "
+    "verdict that follows by the rule stated. Verdicts are computed from the runs, or from what the paper prints. "
+    "Where CTDE-MAPPO is judged with two critics, both have to pass. In brackets 95 % intervals over seeds: of "
     "differences between two methods Welch's t intervals, of all else bootstrap intervals, which with five seeds hold "
-    "the true value in about five of six cases. There are {count} claims, and verdicts are not corrected for their "
-    "number. V(x), IPPO and the actor blind to the loads take the settings that were searched for V(o, x)."
+    "the true value in about five of six cases. {tests} {words} V(x), IPPO and the actor blind to the loads take the "
+    "settings that were searched for V(o, x). Claims on parts of the method are judged in the reports of "
+    "runs/ablation.yaml and runs/ladder.yaml."
 )
-"""To be filled with the number of claims."""
+"""To be filled with the number of claims, of the tests, and the meaning of the verdicts."""
 ON_PARTS = (
     "Claims of the paper on parts of its method; all others are in the report of runs/paper.yaml. How each is "
-    "measured, what came out [95 % bootstrap interval over seeds], and the verdict that follows by the rule stated, "
-    f"which rests on Welch's t interval. {SEARCHED}"
+    "measured, what came out [95 % intervals over seeds: of differences between two methods Welch's t interval, of all "
+    "else a bootstrap interval], and the verdict that follows by the rule stated. {tests} {words} " + SEARCHED
 )
 
 
 def section(results: Results) -> Section | None:
-    """All claims; in a report of ablations or of a ladder those that need one."""
+    """The claims that these runs can test, where the game is the paper's.
+
+    In a report of ablations or of a ladder those that need one; else there has to be a row of the paper's Table II.
+    """
     needed = "ablation" if results.recipe.is_ablation else "ladder" if has_ladder(results.methods) else None
-    claims = [claim for claim in load_claims() if needed is None or claim.needs == needed]
-    judged = judge_all(claims, Evidence(results))
-    if needed == "ablation":
-        testable = any(finding.verdict != "not testable" for _, finding in judged)
-        return Section(HEADING, {"claims": claims_table(judged, ON_PARTS)}) if testable else None
+    if not is_papers_game(results.recipe) or (needed is None and not printed_rows(results.recipe)):
+        return None
+    evidence = Evidence(results)
+    asked = [claim for claim in load_claims() if needed is None or claim.needs == needed]
+    judged = judge_all(asked, evidence)
+    tested = [one for one in judged if one.finding.verdict != UNTESTABLE]
+    if not tested:
+        return None
+    caption = CAPTION if needed is None else ON_PARTS
     tables = {
-        "claims_headlines": claims_headlines(judged),
-        "claims_summary": claims_summary(judged),
-        "claims": claims_table(judged),
+        "claims_headlines": claims_headlines(tested),
+        "claims_summary": claims_summary(tested),
+        "claims": claims_table(tested, caption, evidence.tests),
     }
+    if needed is not None:
+        tables = {"claims": tables["claims"]}
     return Section(HEADING, tables, summary=(f"The paper's claims: {tally(judged)}.",))
 
 
-def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
-    """One row a claim with its finding; the caption may tell their ``count``."""
+def claims_table(judged: Sequence[Judged], caption: str = CAPTION, tests: Family | None = None) -> Table:
+    """One row a claim with its finding.
+
+    :param judged: the claims
+    :param caption: may tell their ``count``, the ``tests`` and the ``words`` of the verdicts
+    :param tests: of differences, that the verdicts rest on
+    """
     rows = [
         Row(
             {
@@ -67,7 +85,21 @@ def claims_table(judged: Sequence[Judged], caption: str = CAPTION) -> Table:
         )
         for claim, finding in judged
     ]
-    return table_of(rows, caption.format(count=len(judged)))
+    given = {finding.verdict for _, finding in judged}
+    words = "; ".join(f"{verdict}: {MEANINGS[verdict]}" for verdict in VERDICTS if verdict in given)
+    text = caption.format(count=len(judged), tests=family_text(tests or Family()), words=f"{words}.".capitalize())
+    return table_of(rows, " ".join(text.split()))
+
+
+def family_text(tests: Family) -> str:
+    """How differences were told from chance, if any were: by Holm's correction over all of them."""
+    if not tests.p_values:
+        return ""
+    return (
+        "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
+        f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
+        "so an interval may leave 0 out and not count."
+    )
 
 
 def claims_headlines(judged: Sequence[Judged]) -> Table:
@@ -86,7 +118,12 @@ def claims_summary(judged: Sequence[Judged]) -> Table:
     for verdict in VERDICTS:
         names = [claim.id for claim, finding in judged if finding.verdict == verdict]
         if names:
-            shown = {"Verdict": verdict, "Claims": str(len(names)), "Which": ", ".join(names)}
+            shown = {
+                "Verdict": verdict,
+                "Which means": MEANINGS[verdict],
+                "Claims": str(len(names)),
+                "Which": ", ".join(names),
+            }
             rows.append(Row({"verdict": verdict, "claims": len(names)}, shown))
     return table_of(rows, "The claims by verdict; the next table says what each is about.")
 
@@ -94,4 +131,8 @@ def claims_summary(judged: Sequence[Judged]) -> Table:
 def tally(judged: Sequence[Judged]) -> str:
     """How many claims got each verdict, in one line."""
     counts = Counter(finding.verdict for _, finding in judged)
-    return ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
+    return ", ".join(
+        f"{counts[verdict]} {verdict}{' with these runs' if verdict == UNTESTABLE else ''}"
+        for verdict in VERDICTS
+        if counts[verdict]
+    )

@@ -93,8 +93,8 @@ def test_an_evaluation_from_before_the_cell_loads_is_named_so(damaged: Cell) -> 
 @pytest.mark.parametrize(
     ("column", "value", "allowed"),
     [
-        ("slots", -3, "a whole number from 1 to 20"),  # T_max of the small recipe
-        ("slots", 2.5, "a whole number from 1 to 20"),
+        ("slots", -3, "a whole number from 1 to 100"),  # T_max of the small recipe
+        ("slots", 2.5, "a whole number from 1 to 100"),
         ("episode", 6, "a whole number from 0 to 5"),  # 6 test episodes
         ("uav", 4, "a whole number from 0 to 3"),
         ("rate_mbps", -1, "a finite number of at least 0"),
@@ -235,7 +235,7 @@ def test_a_best_response_is_worth_no_less_than_a_flight_without_collision(damage
         ("num_uavs", 1, "scaling.csv line 3 repeats num_uavs 1: must be there once"),
         ("episodes", 50, "scaling.csv is of 2, 50 episodes: must be 2"),
         ("success_percent", 101.5, "scaling.csv line 3: success_percent = '101.5': must be a finite number"),
-        ("makespan_slots", 20.5, "scaling.csv line 3: makespan_slots = '20.5': must be a finite number"),
+        ("makespan_slots", 100.5, "scaling.csv line 3: makespan_slots = '100.5': must be a finite number"),
         ("welfare_mbps", 999, "scaling.csv line 3: welfare_mbps = 999: must be num_uavs times utility_mbps"),
     ],
 )

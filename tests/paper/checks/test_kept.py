@@ -12,7 +12,7 @@ from rich.console import Console
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import export_checks, read_checks
-from lawn_sb3.paper.checks.kept import checks_folder
+from lawn_sb3.paper.checks.kept import checks_folder, needed_checks
 from lawn_sb3.paper.making import fly_checks
 from lawn_sb3.paper.making.make import hovering
 
@@ -58,22 +58,30 @@ def test_finished_checks_are_kept_and_missing_ones_made(recipe: Recipe, small_ce
 
 def test_checks_of_other_missions_are_stale_and_made_anew(recipe: Recipe, small_cells: list[Cell]) -> None:
     runs = checks_folder(small_cells).parent
-    other = recipe.model_copy(update={"set": (*recipe.set, "tx_power_dbm=10")})
+    evaluation = recipe.evaluation.model_copy(update={"seed": recipe.evaluation.seed + 1})
+    other = recipe.model_copy(update={"evaluation": evaluation})
     own = [cell for cell in cells(other, runs) if cell.key == "random"]
-    for cell in own:  # runs of the other game
+    for cell in own:  # runs on the other missions
         (cell.directory / "finished").write_text(cell.fingerprint(), encoding="utf-8")
         text = (cell.directory / "config.yaml").read_text(encoding="utf-8")
-        (cell.directory / "config.yaml").write_text(text.replace("tx_power_dbm: 20.0", "tx_power_dbm: 10.0"), "utf-8")
-    found, problems = read(other, own)
-    assert set(found) == {"printed_grid", "least_reward"}  # which are always of the paper's own games
+        (cell.directory / "config.yaml").write_text(text.replace("seed: 20000", "seed: 20001"), encoding="utf-8")
+    problems = read(other, own)[1]
     assert problems == [
         f"checks/{name}.csv: made from other settings or runs; lawn-sb3 reproduce makes it"
-        for name in ("deviation_cycles", "hovering")
+        for name in ("printed_grid", "least_reward", "deviation_cycles", "hovering")
     ]
     fly_checks(other, own, QUIET)
     found, problems = read(other, own)
     assert (set(found), problems) == (OF_CLAIMS - {"state_noise"}, [])
-    assert isinstance(found["hovering"], pd.DataFrame)
+
+
+def test_nothing_is_flown_for_claims_where_the_game_is_not_the_papers_or_no_row_is_named(
+    recipe: Recipe, small_cells: list[Cell]
+) -> None:
+    other_game = recipe.model_copy(update={"set": ("tx_power_dbm=10",)})
+    methods = {key: method.model_copy(update={"paper_row": None}) for key, method in recipe.methods.items()}
+    for other in (other_game, recipe.model_copy(update={"methods": methods})):
+        assert needed_checks(other, small_cells) == []
 
 
 def test_noise_is_of_the_models_that_are_there_now(recipe: Recipe, small_cells: list[Cell]) -> None:
@@ -109,14 +117,14 @@ def other_values(path: Path) -> None:
 
 
 def no_rows(path: Path) -> None:
-    path.write_text(path.read_text(encoding="utf-8").replace('"rows": 24', '"rows": 0'), encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace('"rows": 48', '"rows": 0'), encoding="utf-8")
 
 
 @pytest.mark.parametrize(
     ("name", "damage", "problem"),
     [
         ("hovering.csv", Path.unlink, "checks/hovering.csv cannot be read: No such file or directory"),
-        ("hovering.csv", cut, "checks/hovering.csv is cut off: 11 of 24 rows"),
+        ("hovering.csv", cut, "checks/hovering.csv is cut off: 23 of 48 rows"),
         ("hovering.csv", other_values, "checks/hovering.csv is not what hovering.json vouches for"),
         ("hovering.json", no_rows, "checks/hovering.json cannot be read"),
         ("hovering.json", Path.unlink, "checks/hovering.csv: not there yet"),

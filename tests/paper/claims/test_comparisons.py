@@ -3,7 +3,13 @@
 import pytest
 
 from lawn_sb3.paper.claims import Finding
-from lawn_sb3.paper.claims.comparisons import better_than, loads_suffice, rate_comparable
+from lawn_sb3.paper.claims.comparisons import (
+    better_than,
+    loads_suffice,
+    mixer_limits,
+    rate_comparable,
+    value_decomposition,
+)
 from lawn_sb3.paper.claims.evidence import CannotTellError
 from lawn_sb3.paper.claims.rule_parts import join
 from lawn_sb3.paper.roles import FORMS
@@ -19,26 +25,26 @@ def test_a_lead_with_its_whole_interval_is_reproduced() -> None:
     found = lead([[28.0, 30.0], [31.0, 31.0]], [[4.0, 4.0], [3.0, 5.0]])
     assert found.verdict == "reproduced"
     assert found.figure == "MAPPO: mean U 26.00 [13.29, 38.71] Mbps against QMIX"
-    assert found.why == "Every interval has to lie on the claimed side of 0, and does."
+    assert found.why == "Every difference has to lie on the claimed side of 0, and does."
 
 
 @pytest.mark.parametrize(
-    ("own", "word"),
+    ("own", "verdict", "word"),
     [
-        ([[3.0], [5.0]], "MAPPO cannot be told from QMIX"),  # differences -1 and 1
-        ([[15.0], [17.0]], "MAPPO cannot be told from QMIX"),  # 12 +- 12.71, though both seeds are ahead
-        ([[4.0], [4.0]], "MAPPO cannot be told from QMIX"),  # equal: an interval that touches 0 shows nothing
-        ([[-10.0], [-8.0]], "MAPPO does worse than QMIX"),  # -13 +- 12.71
+        ([[3.0], [5.0]], "not shown", "MAPPO cannot be told from QMIX"),  # differences -1 and 1
+        ([[15.0], [17.0]], "not shown", "MAPPO cannot be told from QMIX"),  # 12 +- 12.71, though both seeds are ahead
+        ([[4.0], [4.0]], "contradicted", "MAPPO is level with QMIX"),  # equal in every seed: nobody leads
+        ([[-10.0], [-8.0]], "contradicted", "MAPPO does worse than QMIX"),  # -13 +- 12.71
     ],
 )
-def test_a_lead_that_is_not_shown_is_not_reproduced(own: list[list[float]], word: str) -> None:
+def test_a_lead_may_be_contradicted_or_not_shown(own: list[list[float]], verdict: str, word: str) -> None:
     found = lead(own, [[4.0], [4.0]])
-    assert found.verdict == "not reproduced"
-    assert found.why == f"Every interval has to lie on the claimed side of 0; {word}."
+    assert found.verdict == verdict
+    assert found.why == f"Every difference has to lie on the claimed side of 0; {word}."
 
 
 def test_rounding_is_no_lead() -> None:
-    assert lead([[0.1 + 0.2], [0.1 + 0.2]], [[0.3], [0.3]]).verdict == "not reproduced"
+    assert lead([[0.1 + 0.2], [0.1 + 0.2]], [[0.3], [0.3]]).verdict == "contradicted"
 
 
 def test_one_of_two_forms_ahead_is_partly() -> None:
@@ -51,7 +57,7 @@ def test_one_of_two_forms_ahead_is_partly() -> None:
 def test_a_form_has_to_beat_every_rival() -> None:
     found = measured("utility_mbps", mappo=[[5.0]] * 2, qmix=[[4.0]] * 2, iql=[[6.0]] * 2)
     finding = better_than(found, "utility_mbps", ["mappo"], ["qmix", "iql"])
-    assert finding.verdict == "not reproduced"
+    assert finding.verdict == "contradicted"
     assert "MAPPO does worse than IQL" in finding.why
     assert "QMIX" not in finding.why
 
@@ -59,7 +65,7 @@ def test_a_form_has_to_beat_every_rival() -> None:
 def test_of_times_less_is_better() -> None:
     found = measured("makespan_slots", mappo=[[5]] * 2, qmix=[[40]] * 2)
     assert better_than(found, "makespan_slots", ["mappo"], ["qmix"], lower=True).verdict == "reproduced"
-    assert better_than(found, "makespan_slots", ["qmix"], ["mappo"], lower=True).verdict == "not reproduced"
+    assert better_than(found, "makespan_slots", ["qmix"], ["mappo"], lower=True).verdict == "contradicted"
 
 
 @pytest.mark.parametrize(("slots", "verdict"), [(7.4, "reproduced"), (7.42, "partly")])
@@ -94,7 +100,7 @@ def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
     assert found.figure == "MAPPO: mean U 1.00 [1.00, 1.00] Mbps against QMIX"
 
 
-@pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "not reproduced")])
+@pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "contradicted")])
 def test_rates_are_comparable_within_the_papers_own_difference(rate: float, verdict: str) -> None:
     # The paper: 35.68 against 38.80 Mbps, 3.12 apart; QMIX here has 30.
     finding = rate_comparable(measured("rate_mbps", **dict.fromkeys(FORMS, [[rate]] * 2), qmix=[[30.0]] * 2))
@@ -110,15 +116,42 @@ def test_comparable_needs_rows_of_the_paper() -> None:
 
 
 @pytest.mark.parametrize(
-    ("nothing", "destinations", "verdict"),
-    [(20.0, 30.0, "reproduced"), (20.0, 31.0, "partly"), (30.0, 30.0, "partly"), (30.0, 31.0, "not reproduced")],
+    ("destinations", "verdict"),
+    [([30.0, 30.0], "reproduced"), ([31.0, 31.0], "contradicted"), ([29.0, 33.0], "not shown")],
 )
-def test_loads_suffice_if_they_are_of_use_and_more_is_not(nothing: float, destinations: float, verdict: str) -> None:
-    # With the loads 30 Mbps in every seed.
-    utilities = {"knows-nothing": nothing, "knows-loads": 30.0, "knows-destinations": destinations}
-    finding = loads_suffice(measured("utility_mbps", **{role: [[own]] * 2 for role, own in utilities.items()}))
+def test_loads_suffice_if_being_told_more_is_of_no_use(destinations: list[float], verdict: str) -> None:
+    # With the loads 30 Mbps in every seed, without 20.
+    utilities = {"knows-nothing": [20.0] * 2, "knows-loads": [30.0] * 2, "knows-destinations": destinations}
+    flights = (flown_by_seed(role, utility_mbps=[[own] for own in by_seed]) for role, by_seed in utilities.items())
+    finding = loads_suffice(evidence(*flights))
     assert finding.verdict == verdict
-    assert finding.figure.startswith("KNOWS-LOADS: mean U")
+    assert finding.figure.endswith("KNOWS-LOADS: 10.00 [10.00, 10.00] Mbps against KNOWS-NOTHING")
+
+
+@pytest.mark.parametrize(("qmix", "verdict"), [(3.0, "reproduced"), (3.05, "contradicted"), (3.5, "contradicted")])
+def test_ruled_out_is_a_method_as_far_behind_as_in_the_paper(qmix: float, verdict: str) -> None:
+    # The paper: 3.19 against 3.01. CTDE-MAPPO has 3.2 here: 0.2 and 0.15 ahead.
+    finding = value_decomposition(measured("reward", **dict.fromkeys(FORMS, [[3.2]] * 2), qmix=[[qmix]] * 2))
+    assert finding.verdict == verdict
+    assert "(paper +0.18); success of QMIX 100.0 %" in finding.figure
+
+
+def test_a_lead_that_may_or_may_not_be_the_papers_is_not_shown() -> None:
+    # 0.1 and 0.3 behind: 0.2 +- 1.27.
+    finding = value_decomposition(measured("reward", **dict.fromkeys(FORMS, [[3.2]] * 2), qmix=[[3.1], [2.9]]))
+    assert finding.verdict == "not shown"
+    assert finding.why.endswith("by 0.18 at least: 0 of 2 do, 2 cannot be told.")
+
+
+@pytest.mark.parametrize(
+    ("qmix", "additive", "verdict"),
+    [(4.0, 3.0, "reproduced"), (4.0, 4.5, "partly"), (6.0, 3.0, "partly"), (6.0, 7.0, "contradicted")],
+)
+def test_a_mixer_limits_if_qmix_is_behind_and_a_simpler_mixer_further(
+    qmix: float, additive: float, verdict: str
+) -> None:
+    rewards = {**dict.fromkeys(("mappo", "mappo_o"), 5.0), "qmix": qmix, "qmix_additive": additive}
+    assert mixer_limits(measured("reward", **{role: [[own]] * 2 for role, own in rewards.items()})).verdict == verdict
 
 
 def test_lists_are_written_as_in_a_sentence() -> None:

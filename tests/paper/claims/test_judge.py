@@ -3,12 +3,15 @@
 import re
 from functools import partial
 
+import pytest
+
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
 from lawn_sb3.paper.claims import Claim, Evidence, judge, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
 from lawn_sb3.paper.claims.comparisons import better_than
+from lawn_sb3.paper.claims.evidence import Family
 from lawn_sb3.results.results import read_results
 from tests.handmade import evidence, measured
 
@@ -39,10 +42,61 @@ def test_claims_are_judged_in_order() -> None:
     assert [claim.id for claim, _ in judged] == ["a", "z"]
 
 
+def test_a_claim_that_owes_its_figures_to_how_the_game_was_made_is_not_reproduced() -> None:
+    ahead = measured("reward", mappo=[[2.0]] * 2, qmix=[[1.0]] * 2)
+    behind = measured("reward", mappo=[[1.0]] * 2, qmix=[[2.0]] * 2)
+    assert judge(CLAIM, ahead).verdict == "reproduced"
+    for owed_to in ("fitted", "by construction"):
+        claim = CLAIM.model_copy(update={"owed_to": owed_to})
+        assert judge(claim, ahead).verdict == owed_to
+        assert judge(claim, behind).verdict == "contradicted"
+
+
+@pytest.mark.parametrize(("owed_to", "verdict"), [("fitted", "contradicted"), ("by construction", "partly")])
+def test_fitted_figures_of_which_only_some_agree_contradict_the_claim(owed_to: str, verdict: str) -> None:
+    rule = partial(better_than, quantity="reward", of=["mappo", "mappo-o"], over=["qmix"])
+    found = measured("reward", mappo=[[2.0]] * 2, mappo_o=[[1.0]] * 2, qmix=[[1.5]] * 2)
+    assert judge(CLAIM.model_copy(update={"rule": rule, "owed_to": owed_to}), found).verdict == verdict
+
+
+def test_a_difference_counts_if_holm_rejects_it_among_all_that_are_tested() -> None:
+    # Variance 1/3 over four seeds on both sides: 2 are 2 / sqrt(1/6) = 4.9 standard errors, p = 0.003 with 6
+    # degrees of freedom, and below 0.05 / 2.
+    near = [[3.0], [4.0], [3.0], [4.0]]
+    found = measured("reward", mappo=near, qmix=[[1.0], [2.0], [1.0], [2.0]], iql=[[3.1], [4.1], [3.2], [4.0]])
+    rule = partial(better_than, quantity="reward", of=["mappo"], over=["qmix"])
+    sure, unsure = (
+        CLAIM.model_copy(update={"rule": rule}),
+        CLAIM.model_copy(
+            update={"id": "z", "rule": partial(better_than, quantity="reward", of=["mappo"], over=["iql"])}
+        ),
+    )
+    assert [judged.finding.verdict for judged in judge_all([sure, unsure], found)] == ["reproduced", "not shown"]
+    assert (len(found.tests.p_values), found.tests.num_apart) == (2, 1)
+    # The same test in two claims is one test.
+    again = Evidence(found.results)
+    judge_all([sure, sure.model_copy(update={"id": "y"})], again)
+    assert len(again.tests.p_values) == 1
+
+
+def test_what_is_significant_alone_may_not_be_among_many() -> None:
+    family = Family()
+    assert family.is_apart(("reward", "a", "b"), 0.03)
+    assert not family.is_apart(("reward", "a", "c"), 0.5)
+    family.correct()  # 0.03 > 0.05 / 2
+    assert not family.is_apart(("reward", "a", "b"), 0.03)
+    assert family.num_apart == 0
+    assert family.is_apart(("reward", "a", "d"), float("nan"))  # no seed differs from another: chance has no part
+    assert len(family.p_values) == 2
+
+
 def test_without_any_run_only_what_the_paper_prints_is_judged() -> None:
     judged = judge_all(load_claims(), evidence())
     told = {claim.id for claim, finding in judged if finding.verdict != "not testable"}
-    assert told == {"share-falls", "one-voxel-a-slot", "ema-consistency", "rate-term-duration", "continuous-actions"}
+    assert told == {
+        "share-falls", "one-voxel-a-slot", "ema-consistency", "payoff-decomposition", "rate-term-duration",
+        "continuous-actions",
+    }  # fmt: skip
 
 
 def test_without_its_check_a_claim_says_what_makes_it() -> None:

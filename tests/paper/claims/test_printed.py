@@ -10,6 +10,7 @@ from lawn_sb3.paper.claims.printed import (
     continuous_actions,
     ema_consistency,
     one_voxel_a_slot,
+    payoff_decomposition,
     rate_term_duration,
     share_falls,
     table_1_grid,
@@ -66,6 +67,12 @@ def test_a_longer_flight_at_the_same_rate_is_paid_more() -> None:
     finding = rate_term_duration(game())
     assert finding.verdict == "partly"
     assert finding.figure.endswith("10 % after 1, 65 % after 10 and 100 % after 100 slots")
+
+
+def test_the_payoff_is_a_sum_over_slots_once_the_flight_time_is_chosen() -> None:
+    finding = payoff_decomposition(game("max_slots=30"))
+    assert finding.verdict == "contradicted"
+    assert finding.figure.endswith("Mbps over flights of 1 to 30 slots")
 
 
 @pytest.mark.parametrize(("mean", "verdict"), [(9.1, "impossible as printed"), (9.0, "not testable")])

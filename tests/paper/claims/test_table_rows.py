@@ -41,7 +41,7 @@ def test_figures_that_are_off_are_named_with_their_distance() -> None:
 
 
 def test_a_row_of_which_nothing_comes_out_is_not_reproduced() -> None:
-    assert agrees_with_row(measured("reward", iql=[[9.0] * 2] * 2), "iql").verdict == "not reproduced"
+    assert agrees_with_row(measured("reward", iql=[[9.0] * 2] * 2), "iql").verdict == "contradicted"
 
 
 @pytest.mark.parametrize(("mean", "verdict"), [(6.2, "reproduced"), (6.3, "partly")])
@@ -88,7 +88,7 @@ def test_a_printed_time_that_nobody_undercuts_is_reproduced() -> None:
 
 @pytest.mark.parametrize(
     ("straight_slots", "other_slots", "verdict"),
-    [(5, 8, "reproduced"), (6, 8, "partly"), (5, 4, "partly"), (4, 4, "not reproduced")],
+    [(5, 8, "reproduced"), (6, 8, "partly"), (5, 4, "partly"), (4, 4, "contradicted")],
 )
 def test_the_time_ratio_never_exceeds_1_and_is_1_on_a_shortest_path(
     straight_slots: int, other_slots: int, verdict: str
@@ -124,7 +124,7 @@ def test_a_player_is_flat_whose_seeds_get_much_the_same() -> None:
     assert finding.verdict == "reproduced"
     assert finding.figure == "RANDOM: success 6.00 [4.00, 8.00]"
     assert finding.why.endswith("has to be narrower than 5 points, and is 4.0 wide.")
-    assert judged(20).verdict == "not reproduced"  # 5 % and 10 %
+    assert judged(20).verdict == "contradicted"  # 5 % and 10 %
     with pytest.raises(CannotTellError, match="two seeds"):
         random_flat(measured("arrived", random=[[True]]))
 
@@ -137,8 +137,10 @@ def test_a_perfect_success_is_so_once_rounded() -> None:
         return perfect_success(measured("arrived", **{role: [own] for role, own in zip(FORMS, forms, strict=True)}))
 
     assert judged(most, most).verdict == "reproduced"
-    assert judged(fewer, fewer).verdict == "not reproduced"
+    assert judged(fewer, fewer).verdict == "not shown"  # one seed has no interval
+    seeds = {role: [fewer, fewer] for role in FORMS}
+    assert perfect_success(measured("arrived", **seeds)).verdict == "contradicted"
     both = judged(most, fewer)
     assert both.verdict == "partly"
     assert both.figure == "MAPPO: success 99.96; MAPPO-O: success 99.90"
-    assert both.why == "Rounded to one decimal the mean has to reach 100: 1 of 2 do."
+    assert both.why == "Rounded to one decimal the mean has to reach 100: 1 of 2 does, 1 cannot be told."

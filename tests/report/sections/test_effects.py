@@ -75,7 +75,7 @@ def test_effects_by_hand() -> None:
     shown = shown_of(effects(results_of(RECIPE, *default, *better)))["Better"]
     assert shown["Δ J̄"] == "2.000 [-0.484, 4.484]"
     assert shown["Δ success (points)"] == "16.67 [-55.04, 88.38]"
-    assert shown["Δ T̄ (slots)"] == "-3.00 [-3.00, -3.00] †"
+    assert shown["Δ T̄ (slots)"] == "-3.00 [-3.00, -3.00] ‡"  # all seeds agree, so chance has no part
     assert shown["Δ U (Mbps)"] == "0.00 [0.00, 0.00]"
     # Seeds of the ablation have 2, 4, 6, of the default 1, 2, 3: of nine pairs 2 < 3 loses, 2 = 2 counts half.
     assert shown["P(better J̄)"].startswith(f"{7.5 / 9:.2f} [")
@@ -97,9 +97,29 @@ def test_defaults_head_their_groups_mappos_first_and_ablations_go_from_best_to_w
     assert table.numbers["reward"].tolist() == [2.0, 0.5, -1.0, 3.0, 6.0]
     assert table.shown["Method"].tolist() == ["MAPPO (default)", "Better", "Worse", "QMIX (default)", "Additive"]
     assert table.shown["P(better J̄)"].iloc[0] == "–"
-    assert not table.shown["Δ J̄"].iloc[0].endswith("†")  # 2.0 [2.0, 2.0] is no effect
-    # Three ablations with four quantities each: 12 intervals, 0.6 of which would leave 0 out by chance; those of J do.
-    assert "of 15 (3 ablations × 5 quantities) 3 are marked, and up to about 1 would be" in table.caption
+    assert not table.shown["Δ J̄"].iloc[0].endswith("‡")  # 2.0 [2.0, 2.0] is no effect
+    assert table.shown["Δ J̄"].iloc[1].endswith("‡")
+
+
+def test_an_effect_is_sure_if_it_passes_the_correction_for_all_of_the_table() -> None:
+    # Differences 1, 2, 3: t = 2 sqrt(3), p = 0.074 with 2 degrees of freedom. 1.1, 1, 0.9: t = 10 sqrt(3), p = 0.0033.
+    # 1.3, 1, 0.7: t = 10 / sqrt(3), p = 0.029, which alone would count, but not as the second of three: 0.05 / 2.
+    made = results_of(
+        RECIPE,
+        *rewards("mappo", 0.0, 0.0, 0.0),
+        *rewards("better", 1.1, 1.0, 0.9),
+        *rewards("worse", 1.3, 1.0, 0.7),
+        *rewards("qmix", 0.0, 0.0, 0.0),
+        *rewards("additive", 1.0, 2.0, 3.0),
+    )
+    table = effects(made)
+    signs = {label: row["Δ J̄"].rpartition("]")[2] for label, row in shown_of(table).items()}
+    assert (signs["Better"], signs["Worse"], signs["Additive"]) == (" ‡", " †", "")
+    assert "of the 3 effects in which seeds differ 2 do, and about 0 would" in table.caption
+    assert "Holm's correction over these 3 at 5 %, as 1 do, or" in table.caption
+    numbers = numbers_of(table)
+    assert (numbers["better"]["reward_sure"], numbers["worse"]["reward_sure"]) == (True, False)
+    assert numbers["worse"]["reward_p"] == pytest.approx(0.0287, abs=1e-4)
 
 
 def test_a_method_has_no_effect_on_itself() -> None:
@@ -151,7 +171,7 @@ def test_one_seed_has_an_effect_and_neither_bounds_nor_mark() -> None:
     made = results_of(RECIPE, *rewards("mappo", 1.0), *rewards("better", 2.0))
     table = effects(made)
     assert shown_of(table)["Better"]["Δ J̄"] == "1.000"
-    assert "of 0 (1 ablations" in table.caption
+    assert "of the 0 effects in which seeds differ 0 do" in table.caption
     forest(made).draw_without_rendering()
 
 
@@ -197,7 +217,7 @@ def test_the_figure_has_a_row_for_each_row_of_the_table_and_writes_what_lies_bey
     assert labels == [text.removesuffix(" (default)") for text in effects(made).shown["Method"]]
     written = {text.get_text() for text in figure.axes[0].texts}
     # Differences -93, -94, -95: -94 -+ 2.484.
-    assert written == {"3.000", "-94.000 [-96.484, -91.516]"}
+    assert written == {"3.000", "-94.000 [-96.484, -91.516] ‡"}
     assert figure.axes[0].get_xlim()[0] > -10.0
 
 

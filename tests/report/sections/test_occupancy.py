@@ -101,7 +101,7 @@ def test_real_runs_are_drawn_as_their_files_say(recipe: Recipe, small_cells: lis
     results = read_results(recipe, small_cells)
     panels = panels_of(results)
     files = [pd.read_csv(tmp_path / f"runs/small/random/seed-{seed}/slots.csv") for seed in (0, 1)]
-    mean = np.mean([file["load_2"].reindex(range(20), fill_value=0.0) for file in files], axis=0)
+    mean = np.mean([file["load_2"].reindex(range(100), fill_value=0.0) for file in files], axis=0)
     heights = drawn(panels["Random"])[1]
     assert heights == pytest.approx(mean[: len(heights)])
     assert "6 test episodes of each of 2 seeds" in picture_in(section(results), "cell_loads").caption

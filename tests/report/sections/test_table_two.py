@@ -42,6 +42,28 @@ def test_figures_are_means_over_seeds_with_the_papers_beside_them() -> None:
     assert table.shown["n"].tolist() == ["2 × 1", "1 × 1", "1 × 1"]
 
 
+def test_in_another_game_nothing_is_said_of_the_paper() -> None:
+    made = results_of(RECIPE.model_copy(update={"set": ("num_uavs=5",)}), flown("random", 0), flown("mappo", 0))
+    table = table_in(section(made), "table2")
+    assert "(" not in table.shown["J̄"].iloc[0]
+    assert "paper" not in table.caption
+    without = recipe_with({"mine": learner("Mine")}, evaluation={"episodes": 1})
+    assert "paper" not in table_in(section(results_of(without, flown("mine", 0))), "table2").caption
+
+
+def test_learners_are_held_against_straight_flight_in_a_sentence() -> None:
+    recipe = recipe_with({"straight": player("shortest-path"), "mappo": learner("Mine"), "iql": learner("Other")})
+    # 4 and 2.0 +- 0.1 against 3.0 +- 0.1: 1 is 10 standard errors of 0.1, p = 0.01 with 2 degrees of freedom, of two.
+    rows = [flown("straight", seed, reward=[reward], collisions=[1]) for seed, reward in enumerate((2.9, 3.1))]
+    rows += [flown("mappo", seed, reward=[reward], collisions=[2]) for seed, reward in enumerate((3.9, 4.1))]
+    rows += [flown("iql", seed, reward=[reward]) for seed, reward in enumerate((1.9, 2.1))]
+    (sentence,) = section(results_of(recipe, *rows)).summary
+    assert sentence.startswith("Beside UAVs that fly straight, 1 of the 2 learners has measurably less J̄ and 1 more")
+    assert "the best, Mine, differs by 1.000 [" in sentence
+    assert sentence.endswith("there are 1.000 collisions in straight flight, and 0.000 to 2.000 with the learners.")
+    assert section(results_of(recipe, *rows[2:])).summary == ()
+
+
 def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> None:
     # One mission: the bound has 40 Mbps, straight flight 20, MAPPO 30 with seed 0 and 10 with seed 1. The best known is
     # 30, so straight flight has 20/40 to 20/30, and MAPPO on average as much.

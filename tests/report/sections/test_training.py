@@ -50,6 +50,19 @@ def test_panels_have_letters_of_their_own_and_close_ups_are_marked_as_cut() -> N
     assert len(bare.axes) == 5  # no utilities were recorded
 
 
+def test_only_in_its_own_game_are_the_papers_values_marked() -> None:
+    def legend(*changes: str) -> list[str]:
+        recipe = LEARNER.model_copy(update={"set": changes})
+        shown = section(results_of(recipe, flown("mappo", 0), curves=pd.DataFrame({**CURVE, "method": ["mappo"]})))
+        picture = picture_in(shown, "fig2_convergence")
+        labels = [text.get_text() for text in picture.figure.legends[0].get_texts()]
+        assert ("the paper's values" in picture.caption) == ("paper, after training" in labels)
+        return labels
+
+    assert legend() == ["CTDE-MAPPO", "paper, after training"]
+    assert legend("num_uavs=5") == ["CTDE-MAPPO"]
+
+
 def test_without_curves_there_are_neither_fig_2_nor_milestones() -> None:
     without = results_with(*PLAYERS)
     without.curves = pd.DataFrame()

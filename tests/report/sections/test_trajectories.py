@@ -134,7 +134,7 @@ def test_the_view_from_above_shows_paths_origins_and_destinations(small: Results
         origins, stars = lines_of(ax, "o"), lines_of(ax, "*")
         tracks = [line for line in ax.lines if line.get_marker() == "None" and line.get_color() in UAV_COLOURS]
         for i, path in enumerate(flight.paths):
-            assert np.asarray(tracks[i].get_xydata()) == pytest.approx(path[:, :2] + aside[i])
+            assert np.asarray(tracks[i].get_xydata()) == pytest.approx(path[: FIRST_SLOTS + 1, :2] + aside[i])
             assert tracks[i].get_color() == UAV_COLOURS[i]
             assert origins[i] == pytest.approx(path[:1, :2] + aside[i])
             assert stars[i] == pytest.approx((episode.destinations[i, :2] + aside[i])[None])
@@ -168,10 +168,10 @@ def test_the_view_in_space_shows_the_same_paths(small: Results) -> None:
     episode, aside = typical_episode(small), offsets(small.recipe.game())
     figure: Any = picture_in(section(small), "trajectories_3d").figure
     for ax, flight in zip(figure.axes, episode.flights, strict=True):
-        solid = [line for line in ax.lines if line.get_color() in UAV_COLOURS and line.get_linewidth() == 1.5]
+        solid = [line for line in ax.lines if line.get_color() in UAV_COLOURS and line.get_linewidth() in (0.6, 1.5)]
         tracks = [np.array(line.get_data_3d()).T for line in solid if line.get_marker() == "None"]
         for i, path in enumerate(flight.paths):
-            assert tracks[i] == pytest.approx(path + np.append(aside[i], 0.0))
+            assert tracks[i] == pytest.approx(path[: FIRST_SLOTS + 1] + np.append(aside[i], 0.0))
         assert [ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()] == ["x (m)", "y (m)", "z (m)"]
         assert ax.get_zlim() == (0, 30)
 
