@@ -95,6 +95,8 @@ def family_text(tests: Family) -> str:
     """How differences were told from chance, if any were: by Holm's correction over all of them."""
     if not tests.p_values:
         return ""
+    if len(tests.p_values) == 1:
+        return "The one difference between two methods that they need counts only if Welch's test finds it at 5 %."
     return (
         "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
         f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
