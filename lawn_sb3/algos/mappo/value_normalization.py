@@ -92,7 +92,7 @@ class NormalizedRolloutBuffer(RolloutBuffer):
         return samples._replace(returns=normalize(samples.returns), old_values=normalize(samples.old_values))
 
 
-class _NoSingleRows:
+class NoSingleRows:
     """Leaves out minibatches of one row, as the last may be: sb3-contrib would divide by the spread of that row."""
 
     def get(self, batch_size: int | None = None) -> Any:
@@ -103,9 +103,9 @@ class _NoSingleRows:
                 yield samples
 
 
-class NormalizedMaskableBuffer(_NoSingleRows, NormalizedRolloutBuffer, MaskableRolloutBuffer):
+class NormalizedMaskableBuffer(NoSingleRows, NormalizedRolloutBuffer, MaskableRolloutBuffer):
     """The same for sb3-contrib's buffer that also keeps action masks."""
 
 
-class NormalizedRecurrentBuffer(_NoSingleRows, NormalizedRolloutBuffer, RecurrentRolloutBuffer):
+class NormalizedRecurrentBuffer(NoSingleRows, NormalizedRolloutBuffer, RecurrentRolloutBuffer):
     """The same for sb3-contrib's buffer that also keeps the states of an LSTM."""
