@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.tuning import load_search, read_trainings
 from lawn_sb3.paper.claims import load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
 from lawn_sb3.results.pairing import EFFECTS
@@ -245,3 +246,42 @@ def test_the_verdicts_that_other_recipes_give() -> None:
     assert not set(here) & set(elsewhere)
     assert (len(elsewhere), len(verdicts_of("ablation"))) == (9, 8)
     says("docs/results.md", "all but nine claims", "judge eight of these")
+
+
+def test_where_the_search_for_settings_stands() -> None:
+    search, methods = load_search(REPOSITORY / "runs" / "tuning.yaml")
+    trainings = read_trainings(REPOSITORY / "runs" / "tuning.csv")
+    first = trainings[trainings["seed"] == search.seeds[0]]
+    rows = {row[0]: row for row in table_rows(PAGES["docs/results.md"]) if len(row) == 6}
+    for key, space in search.space.items():
+        mine, method = first[first["method"] == key].set_index("settings")["reward"], methods[key]
+        own = json.dumps({name: method.settings.get(name, values[0]) for name, values in space.items()})
+        seconds = trainings[trainings["method"] == key]["cpu_seconds"].sum()
+        _, tried, as_in_table, best, changed, minutes = rows[method.label]
+        assert (tried, minutes) == (str(len(mine)), f"{seconds / 60:.0f}"), key
+        assert (as_in_table, best) == (f"{mine[own]:.3f}", f"{mine.max():.3f}"), key
+        settings = json.loads(str(mine.idxmax()))
+        new = [f"{name} {value}".lower() for name, value in settings.items() if value != json.loads(own)[name]]
+        assert [text for text in new if text not in changed.lower()] == [], key
+
+
+def test_the_games_that_the_papers_figures_allow() -> None:
+    found = json.loads((REPOSITORY / "runs" / "reference" / "identify" / "identify.json").read_text("utf-8"))
+    allowed = [game for game in found["games"] if game["verdict"] == "consistent"]
+    grids = {tuple(game["grid"]) for game in allowed}
+    says("docs/sensitivity.md", f"It finds {len(allowed)} games, on {len(grids)} of the 48 grids")
+    assert (100, 100, 30) not in grids
+    for name in ("moves", "arrived_uav", "arrival", "gbs_layout", "bias_horizon"):
+        tried = {game[name] for game in found["games"]} - {"any"}
+        assert {game[name] for game in allowed} == tried, name
+    drawn = pd.DataFrame(found["conclusions"])
+    straight = drawn["straight_utility_mbps"]
+    sight, network = ((drawn[f"{name}_utility_mbps"] / straight - 1.0) * 100.0 for name in ("forecast", "welfare"))
+    says(
+        "docs/sensitivity.md",
+        f"earns {sight.min():.0f} to {sight.max():.0f} % more utility than straight flight in all ten",
+        f"{network.min():.0f} to {network.max():.0f} %: the network",
+        f"in nine ({drawn['straight_reward'].min():.2f} where",
+    )
+    assert (len(drawn), int((drawn["straight_reward"] > 3.19).sum())) == (10, 9)
+    assert (drawn["straight_success_percent"] == 100.0).all()
