@@ -1,6 +1,5 @@
 """Statistics over seeds: figures on paper, and laws of every comparison."""
 
-import math
 import warnings
 from collections.abc import Callable
 
@@ -15,15 +14,12 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.results.statistics import (
     UNKNOWN,
     Interval,
-    holm,
     interquartile_mean,
     mean_interval,
     paired_difference,
-    paired_p,
     paired_t,
     probability_of_improvement,
     welch_difference,
-    welch_p,
 )
 
 Matrix = NDArray[np.float64]
@@ -297,57 +293,3 @@ def test_paired_t_intervals_hold_the_true_difference_as_often_as_they_say() -> N
 def test_seeds_that_cannot_be_paired_are_refused() -> None:
     with pytest.raises(UserError, match="by_seed has 2 seeds, other 3"):
         paired_t([1.0, 2.0], [1.0, 2.0, 3.0])
-
-
-# Tests
-
-
-def test_holm_by_hand() -> None:
-    # Of four: 0.01 <= 0.05 / 4, 0.015 <= 0.05 / 3, 0.03 > 0.05 / 2; then it stops, though 0.04 <= 0.05 / 1.
-    assert holm([0.04, 0.01, 0.03, 0.015]) == 0.015
-    assert holm([0.04, 0.01, float("nan"), 0.03, 0.015]) == 0.015  # no test, and not counted
-    assert holm([0.02, 0.04, 0.04]) == 0.0  # 0.02 > 0.05 / 3
-    assert holm([]) == 0.0
-    assert holm([0.04], level=0.01) == 0.0
-
-
-P_VALUES = st.lists(st.floats(0.0, 1.0), min_size=1, max_size=20)
-
-
-@given(p_values=P_VALUES, more=P_VALUES)
-def test_holm_rejects_no_less_than_bonferroni_and_the_less_the_more_is_tested(
-    p_values: list[float], more: list[float]
-) -> None:
-    largest = holm(p_values)
-    assert all(p <= largest for p in p_values if p <= 0.05 / len(p_values))
-    assert largest <= 0.05
-    assert holm(p_values[::-1]) == largest
-    # Tests of which nothing comes only raise the bar.
-    assert holm([*p_values, *[1.0] * len(more)]) <= largest
-    assert holm([p / 2.0 for p in p_values]) >= largest / 2.0
-
-
-@given(
-    first=st.lists(st.floats(-10, 10), min_size=2, max_size=6),
-    second=st.lists(st.floats(-10, 10), min_size=2, max_size=6),
-)
-def test_a_p_value_is_below_five_percent_where_the_interval_leaves_0_out(
-    first: list[float], second: list[float]
-) -> None:
-    pairs = (first[: len(second)], second[: len(first)])
-    for found, p_value in (
-        (welch_difference(first, second), welch_p(first, second)),
-        (paired_t(*pairs), paired_p(*pairs)),
-    ):
-        if np.isnan(p_value):
-            assert found.low == found.high
-        elif abs(p_value - 0.05) > 1e-6:
-            assert (p_value < 0.05) == (found.low > 0.0 or found.high < 0.0)
-
-
-def test_p_values_by_hand() -> None:
-    # Differences 1, 2, 3: t = 2 sqrt(3) = 3.464 with 2 degrees of freedom, p = 1 - t / sqrt(2 + t^2).
-    expected = 1.0 - math.sqrt(12.0 / 14.0)
-    assert paired_p([2.0, 4.0, 6.0], [1.0, 2.0, 3.0]) == pytest.approx(expected)
-    assert welch_p([1.0, 2.0, 3.0], [0.0, 0.0, 0.0]) == pytest.approx(expected)
-    assert np.isnan([welch_p([1.0, 1.0], [0.0, 0.0]), paired_p([2.0, 1.0], [1.0, 0.0]), paired_p([1.0], [0.0])]).all()
