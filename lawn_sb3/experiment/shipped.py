@@ -1,6 +1,6 @@
 """The recipes that come with the kit: in ``runs/`` of a checkout, beside the package where it was installed."""
 
-from importlib.metadata import files
+from importlib.metadata import PackageNotFoundError, files
 from pathlib import Path
 
 from lawn_sb3.experiment.registry import REPOSITORY
@@ -17,5 +17,9 @@ def shipped_recipe(path: Path) -> Path:
     own = REPOSITORY / path
     if own.exists():
         return own
-    installed = (Path(str(file.locate())) for file in files("lawn-sb3") or () if file.name == path.name)
+    try:
+        known = files("lawn-sb3") or ()
+    except PackageNotFoundError:  # used from a folder, without being installed
+        return path
+    installed = (Path(str(file.locate())) for file in known if file.name == path.name)
     return next((file for file in installed if file.parent.name == "lawn-sb3"), path)

@@ -67,6 +67,7 @@ class CentralizedTraining(OnPolicyAlgorithm):
         self.normalize_per_rollout = normalize_per_rollout
         self.clip_apart = clip_apart
         self._value_head: NormalizedValueHead | None = None
+        self._norm_each = 0.0
         super().__init__(  # type: ignore[misc]
             policy,  # type: ignore[arg-type]
             env,
@@ -106,6 +107,7 @@ class CentralizedTraining(OnPolicyAlgorithm):
             head.forget()
             self.rollout_buffer.value_head = head  # type: ignore[attr-defined]
             self._value_head = head
+        self._norm_each = self.max_grad_norm
         if self.clip_apart:
             self.policy.optimizer.register_step_pre_hook(self._clip_actor_and_critic)
 

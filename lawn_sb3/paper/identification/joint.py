@@ -3,8 +3,8 @@
 One constant at a time (:mod:`lawn_sb3.paper.identification.identify`) rules out what a change of the others rescues.
 Here the free constants follow: the link budget is fitted to R-hat of Random, and omega, rho_col and r_fail to the J of
 Random and to what J of CTDE-MAPPO is possible. So those figures can test no reading by themselves. What is left to test
-one is success and T-bar of Random, which depend on flights alone, and whether the constants so fitted are any that
-could be meant.
+one is success and T-bar of Random and the least T-bar, which depend on flights alone, and whether the constants are any
+that could be meant.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
