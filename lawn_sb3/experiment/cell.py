@@ -11,7 +11,9 @@ from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
 from lawn_sb3.scenario import Scenario
 
 RESULTS_SINCE = "0.1.0"
-"""The last version of the kit that changed a byte of what a run leaves; raised with such a change and only then."""
+"""The last version of the kit that changed a byte of what every run leaves; raised with such a change and only then."""
+LEARNERS_SINCE = {"mappo": "0.2.0", "iql": "0.2.0", "qmix": "0.2.0"}
+"""The same of the runs of an algorithm, where only those have changed since."""
 NOT_IN_RESULTS = ("label", "paper_row", "baseline")
 """Fields of a method that change nothing in what its runs leave."""
 
@@ -62,7 +64,7 @@ class Cell:
             "policy_file": None if policy is None else policy_digest(policy),  # an edited policy is another one
             "seed": self.seed,
             **{name: one.model_dump(mode="json", exclude_defaults=exclude_defaults) for name, one in models.items()},
-            "version": RESULTS_SINCE,
+            "version": LEARNERS_SINCE.get(self.method.algo or "", RESULTS_SINCE),
         }
 
 

@@ -1,4 +1,4 @@
-"""The search for settings: equal trials, env steps and seeds for every method, apart from the reported seeds."""
+"""The search for settings: every method gets as many trials, and as much CPU time, on seeds that are not reported."""
 
 import json
 import math
@@ -29,8 +29,10 @@ from lawn_sb3.scenario import load_scenario
 from lawn_sb3.whole_files import write_text
 
 Setting = str | int | float | bool
-COLUMNS = ("method", "settings", "seed", "reward", "cpu_seconds")
+COLUMNS = ("method", "settings", "seed", "env_steps", "reward", "cpu_seconds")
 """Of the file of trainings: ``settings`` as JSON, ``reward`` the mean greedy J of a UAV, ``cpu_seconds`` it took."""
+ROUND = 4
+"""Settings that are proposed at a time, however many are trained side by side: the search does not depend on that."""
 
 
 class Search(BaseModel):
@@ -39,7 +41,8 @@ class Search(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
-    trials: int = Field(12, ge=1, description="settings tried for each method with the first seed")
+    trials: int = Field(12, ge=1, description="settings tried for each method with the first seed, at least")
+    cpu_minutes: float = Field(0.0, ge=0, description="CPU time given to them, for each method, at least")
     finalists: int = Field(1, ge=1, description="how many of them, the best, are trained with all seeds")
     env_steps: int = Field(50_000, ge=1, description="budget of a training")
     seeds: tuple[int, ...] = Field((100,), min_length=1, description="seeds of trainings; none is reported")
@@ -92,10 +95,10 @@ def run_search(search: Search, methods: Mapping[str, Method], file: Path, jobs: 
     """
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(jobs, mp_context=context, initializer=prepare_worker) as pool, _stopping_workers():
-        while batch := _next_trainings(search, methods, read_trainings(file), jobs):
+        while batch := _next_trainings(search, methods, read_trainings(file)):
             asked = [(search, methods[one.method], one) for one in batch]
             for one, (reward, seconds) in zip(batch, pool.map(_score, *zip(*asked, strict=True)), strict=True):
-                row = (one.method, json.dumps(one.settings), one.seed, reward, round(seconds, 1))
+                row = (one.method, json.dumps(one.settings), one.seed, search.env_steps, reward, round(seconds, 1))
                 rows = pd.concat([read_trainings(file), pd.DataFrame([row], columns=COLUMNS)])
                 write_text(file, rows.to_csv(index=False, lineterminator="\n"))
                 console.print(f"{one.method} seed {one.seed}: J {reward:.3f} with {dict(one.settings)}", soft_wrap=True)
@@ -122,16 +125,28 @@ def ranked_settings(search: Search, file: Path) -> pd.DataFrame:
     """
     rows = []
     for key, space in search.space.items():
-        for rank, (text, seeds, reward) in enumerate(_ranked(search, read_trainings(file), key), start=1):
+        for rank, (text, seeds, reward) in enumerate(_ranked(_trainings_of(search, read_trainings(file), key)), start=1):
             settings = json.loads(text)
             at_edge = [name for name, values in space.items() if _is_at_edge(settings[name], values)]
             rows.append((key, rank, seeds, reward, at_edge, settings))
     return pd.DataFrame(rows, columns=["method", "rank", "seeds", "reward", "at_edge", "settings"])
 
 
-def _ranked(search: Search, trainings: pd.DataFrame, key: str) -> list[tuple[str, int, float]]:
-    """Settings of a method as JSON, how many seeds they were trained with, and the mean reward; the best first."""
+def _trainings_of(search: Search, trainings: pd.DataFrame, key: str) -> pd.DataFrame:
+    """Those of a method that are the search's: its seeds and budget, and settings that its space offers."""
+    space = search.space[key]
+
+    def offered(text: str) -> bool:
+        settings = json.loads(text)
+        return settings.keys() == space.keys() and all(settings[name] in values for name, values in space.items())
+
     mine = trainings[(trainings["method"] == key) & trainings["seed"].isin(search.seeds)]
+    mine = mine[mine["env_steps"] == search.env_steps]
+    return mine[mine["settings"].map(offered).astype(bool)]
+
+
+def _ranked(mine: pd.DataFrame) -> list[tuple[str, int, float]]:
+    """Settings of a method as JSON, how many seeds they were trained with, and the mean reward; the best first."""
     means = [
         (str(text), len(rows), float(rows["reward"].mean())) for text, rows in mine.groupby("settings", sort=False)
     ]
@@ -144,33 +159,31 @@ def _is_at_edge(value: Setting, values: Sequence[Setting]) -> bool:
     return ordered and value in (values[0], values[-1])
 
 
-def _next_trainings(
-    search: Search, methods: Mapping[str, Method], trainings: pd.DataFrame, jobs: int
-) -> list[Training]:
+def _next_trainings(search: Search, methods: Mapping[str, Method], trainings: pd.DataFrame) -> list[Training]:
     """What to train next, side by side: new settings of the method with the fewest, or the best with another seed."""
-    tried = {key: _ranked(search, trainings, key) for key in methods}
-    wanted = {key: min(search.trials, math.prod(map(len, search.space[key].values()))) for key in methods}
-    unfinished = [key for key in methods if len(tried[key]) < wanted[key]]
-    if unfinished:
-        key = min(unfinished, key=lambda one: len(tried[one]))
-        number = min(jobs, wanted[key] - len(tried[key]))
-        new = _new_settings(search.space[key], methods[key], tried[key], number)
+    done = {key: _trainings_of(search, trainings, key) for key in methods}
+    first = {key: mine[mine["seed"] == search.seeds[0]] for key, mine in done.items()}
+    missing = {key: _missing_trials(search, key, first[key]) for key in methods}
+    if any(missing.values()):
+        key = min((key for key in methods if missing[key]), key=lambda one: len(first[one]))
+        new = _new_settings(search.space[key], methods[key], _ranked(done[key]), min(ROUND, missing[key]))
         return [Training(key, settings, search.seeds[0]) for settings in new]
-    missing = [
+    others = [
         Training(key, json.loads(text), seed)
         for key in methods
-        for text in _first(search, trainings, key)
+        for text in first[key].sort_values("reward", ascending=False, kind="stable")["settings"][: search.finalists]
         for seed in search.seeds
-        if not ((trainings["method"] == key) & (trainings["settings"] == text) & (trainings["seed"] == seed)).any()
+        if not ((done[key]["settings"] == text) & (done[key]["seed"] == seed)).any()
     ]
-    return missing[:jobs]
+    return others[:ROUND]
 
 
-def _first(search: Search, trainings: pd.DataFrame, key: str) -> list[str]:
-    """The settings of a method that did best with the first seed, as JSON."""
-    mine = trainings[(trainings["method"] == key) & (trainings["seed"] == search.seeds[0])]
-    best = mine.sort_values("reward", ascending=False, kind="stable").head(search.finalists)
-    return list(best["settings"])
+def _missing_trials(search: Search, key: str, first: pd.DataFrame) -> int:
+    """How many settings of a method are still to be tried with the first seed, at least."""
+    left = math.prod(map(len, search.space[key].values())) - len(first)
+    if len(first) >= search.trials and first["cpu_seconds"].sum() < 60.0 * search.cpu_minutes:
+        return min(ROUND, left)
+    return min(max(search.trials - len(first), 0), left)
 
 
 def _new_settings(
@@ -188,7 +201,7 @@ def _new_settings(
     known = {text for text, _, _ in tried}
     new: list[dict[str, Setting]] = []
     own = {name: method.settings.get(name, values[0]) for name, values in space.items()}
-    if not tried and all(own[name] in values for name, values in space.items()):
+    if json.dumps(own) not in known and all(own[name] in values for name, values in space.items()):
         study.enqueue_trial(own)
     while len(new) < number:
         settings = study.ask(choices).params

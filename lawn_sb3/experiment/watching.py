@@ -9,7 +9,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.off_policy_algorithm import OffPolicyAlgorithm
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 
-from lawn_sb3.algos.mappo import EpisodeMAPPO
+from lawn_sb3.algos.common.mission_statistics import deadline_passed
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import fly
 from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
@@ -83,10 +83,9 @@ class Watch(BaseCallback):
             return
         self.next_record = self.env_steps + self.cell.evaluation.record_every
         self.logger.record("time/env_steps", self.env_steps)
-        slots_so_far = self.num_timesteps // self.training_env.num_envs
-        whole = isinstance(self.model, EpisodeMAPPO)  # no mission is left out there
-        if slots_so_far <= self.cell.scenario.max_slots and not whole:
-            self._missions.clear()  # until the first deadline only successful missions can have ended
+        whole = getattr(self.model, "whole_batches", False)
+        if not (whole or deadline_passed(self.training_env, self.num_timesteps)):
+            self._missions.clear()
         if self._missions:
             reward, success, slots, utility = np.mean(self._missions, axis=0)
             self.logger.record("missions/reward", reward)

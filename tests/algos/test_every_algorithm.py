@@ -25,6 +25,7 @@ from policies.monotonic_mixer import MonotonicMixerPolicy
 from policies.quantile_q import QuantileQPolicy
 from policies.state_critic import StateCriticPolicy
 from tests.algos.small import (
+    N_STEPS,
     ROLLOUT,
     VECTOR,
     acts,
@@ -78,6 +79,15 @@ def case(request: pytest.FixtureRequest) -> Case:
 @pytest.fixture(scope="module")
 def trained(case: Case) -> Any:
     return case.trained()
+
+
+def test_no_mission_counts_before_the_first_deadline_when_only_successful_ones_can_have_ended(
+    case: Case, trained: Any
+) -> None:
+    early = case.untrained().learn(N_STEPS * VECTOR)
+    assert N_STEPS <= early.env.get_attr("scenario")[0].max_slots
+    assert not early.ep_info_buffer and not early.ep_success_buffer
+    assert trained.ep_info_buffer and False in trained.ep_success_buffer
 
 
 @pytest.fixture(scope="module")

@@ -19,6 +19,7 @@ from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 
 from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.in_time import draw_actions
+from lawn_sb3.algos.common.mission_statistics import MissionStatistics
 from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
@@ -41,7 +42,7 @@ HANDED_ON = (
 """Settings that every learner has as they are."""
 
 
-class IQL(DQN):
+class IQL(MissionStatistics, DQN):
     """Every UAV learns by itself from its own o_i; the others are part of its environment.
 
     SB3's off-policy loop steps the environment once for all; every learner has a replay, networks and an optimiser of

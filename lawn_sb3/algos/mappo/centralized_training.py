@@ -16,6 +16,7 @@ from stable_baselines3.common.vec_env import VecEnv
 from torch import nn
 
 from lawn_sb3.algos.common.games import check_continuation
+from lawn_sb3.algos.common.mission_statistics import MissionStatistics
 from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
 from lawn_sb3.game.simulator import Continuation
@@ -24,7 +25,7 @@ CRITIC_PARTS = ("mlp_extractor.value_net.", "value_net.", "vf_features_extractor
 """How the names of a critic's parameters begin, in SB3 and sb3-contrib."""
 
 
-class CentralizedTraining(OnPolicyAlgorithm):
+class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
     """Mixin for SB3's or sb3-contrib's PPO: takes what that PPO takes.
 
     :param policy: a policy class; one with :class:`CTDEViews` is given the environment's ``layout``

@@ -101,6 +101,7 @@ class EpisodeMAPPO(MaskableMAPPO):
     """
 
     continuation = "episode"
+    whole_batches = True
     takes_crowds: ClassVar[bool] = True  # UAVs that are in no game leave nothing in the batch
     default_buffer_class = EpisodeBuffer
     rollout_buffer: EpisodeBuffer
