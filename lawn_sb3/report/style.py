@@ -7,11 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
+import numpy as np
 import seaborn as sns
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from numpy.typing import ArrayLike
 
 from lawn_sb3.results.statistics import Interval
 
@@ -167,6 +169,18 @@ def error_bars(interval: Interval) -> list[list[float]] | None:
     """The bars of an interval as :meth:`Axes.errorbar` takes them; none if its bounds are unknown."""
     value, low, high = interval
     return [[value - low], [high - value]] if interval.is_known else None
+
+
+def band(values: ArrayLike) -> tuple[float, float]:
+    """What seaborn draws around a mean with ``errorbar=("ci", 95), seed=0``, with all resamples in one go.
+
+    :param values: one a seed [S]
+    :return: the bounds of 95 % of the means of 1,000 resamples
+    """
+    drawn = np.asarray(values, dtype=np.float64)
+    means = drawn[np.random.default_rng(0).integers(0, len(drawn), (1_000, len(drawn)))].mean(axis=-1)
+    low, high = np.percentile(means, [2.5, 97.5])
+    return float(low), float(high)
 
 
 def in_thousands(ax: Axes) -> None:

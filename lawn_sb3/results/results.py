@@ -68,7 +68,7 @@ class Results:
 
     def methods_in(self, rows: pd.DataFrame) -> dict[str, Method]:
         """The methods that a table has rows of, in the recipe's order."""
-        present = set(rows["method"]) if len(rows) else set()
+        present = set(rows["method"].unique()) if len(rows) else set()
         return {key: method for key, method in self.recipe.methods.items() if key in present}
 
     def without_bound(self) -> Self:
@@ -119,8 +119,9 @@ def score_matrix(
     rows: pd.DataFrame, method: str, name: str, per: Literal["episode", "uav"] = "episode"
 ) -> NDArray[np.float64]:
     """The same as :meth:`Results.scores` of any raw rows with the columns ``method`` and ``seed``."""
-    if not len(rows) or method not in set(rows["method"]):
-        raise unknown_name("method with results", method, rows["method"].unique() if len(rows) else [])
+    known = rows["method"].unique() if len(rows) else []
+    if method not in known:
+        raise unknown_name("method with results", method, known)
     if name == "success_percent":
         return 100.0 * score_matrix(rows, method, "arrived", per)
     if name not in rows:

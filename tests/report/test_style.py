@@ -2,14 +2,28 @@
 
 from collections.abc import Collection
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from seaborn.algorithms import bootstrap
 
 from lawn_sb3.report.sections.trajectories import UAV_COLOURS
-from lawn_sb3.report.style import COLOURS, KNOWN, LADDER, LINES, colours, grid_shape, line_of, markers, panels, title_of
+from lawn_sb3.report.style import (
+    COLOURS,
+    KNOWN,
+    LADDER,
+    LINES,
+    band,
+    colours,
+    grid_shape,
+    line_of,
+    markers,
+    panels,
+    title_of,
+)
 
 
 @given(st.sets(st.sampled_from(sorted(KNOWN))), st.permutations(sorted(KNOWN)))
@@ -33,6 +47,12 @@ def test_planners_are_told_apart_by_line_and_marker_too() -> None:
     some = markers(["mine", "welfare", "shortest-path"])  # a recipe with other methods
     assert {key: some[key] for key in ("welfare", "shortest-path")}.items() <= looks.items()
     assert some["mine"] not in (some["welfare"], some["shortest-path"])
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=2, max_size=9))
+def test_the_band_of_a_mean_is_seaborn_s(values: list[float]) -> None:
+    means = bootstrap(values, n_boot=1_000, func="mean", seed=0)
+    assert band(values) == tuple(np.percentile(means, [2.5, 97.5]))
 
 
 def test_no_uav_has_the_colour_of_a_method() -> None:

@@ -10,7 +10,7 @@ from lawn_sb3.envs.observation import broadcast_bits
 from lawn_sb3.experiment.knowledge import RUNGS, SEES, Rung, bits_of, has_ladder, rung_of
 from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, line_of, mark_cut, markers, use_house_style
+from lawn_sb3.report.style import ENV_STEPS, band, colours, in_thousands, line_of, mark_cut, markers, use_house_style
 from lawn_sb3.report.table import Table, row_of, sample_of, table_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
@@ -176,7 +176,7 @@ def _learning(results: Results) -> Picture | None:
     for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
         known = _side_by_side(curves.dropna(subset=[column]))
         for key in learners:
-            own, style = known[known["method"] == key], {"color": palette[key], "errorbar": ("ci", 95), "seed": 0}
+            own, style = known[known["method"] == key], {"color": palette[key], "errorbar": band}
             if len(own):
                 sns.lineplot(own, x="env_steps", y=column, ax=ax, legend=False, **style)
         ax.set(xlabel=ENV_STEPS, ylabel=text)

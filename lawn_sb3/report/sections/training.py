@@ -12,7 +12,7 @@ from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.paper.printed_values import PaperRow
 from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import ENV_STEPS, colours, in_thousands, mark_cut, use_house_style
+from lawn_sb3.report.style import ENV_STEPS, band, colours, in_thousands, mark_cut, use_house_style
 from lawn_sb3.report.table import Table, row_of, table_of
 from lawn_sb3.results.learning import THRESHOLD, WINDOW, smoothed
 from lawn_sb3.results.quantities import QUANTITIES
@@ -133,9 +133,7 @@ def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: 
     for key in results.methods:
         own = curves[curves["method"] == key]
         if len(own):
-            sns.lineplot(
-                own, x="env_steps", y="value", color=palette[key], ax=ax, errorbar=("ci", 95), seed=0, legend=False
-            )
+            sns.lineplot(own, x="env_steps", y="value", color=palette[key], ax=ax, errorbar=band, legend=False)
 
 
 def _draw_untrained(
