@@ -119,7 +119,7 @@ def score_matrix(
     rows: pd.DataFrame, method: str, name: str, per: Literal["episode", "uav"] = "episode"
 ) -> NDArray[np.float64]:
     """The same as :meth:`Results.scores` of any raw rows with the columns ``method`` and ``seed``."""
-    known = rows["method"].unique() if len(rows) else []
+    known: set[str] = set(rows["method"].unique()) if len(rows) else set()
     if method not in known:
         raise unknown_name("method with results", method, known)
     if name == "success_percent":
