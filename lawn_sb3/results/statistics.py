@@ -31,6 +31,8 @@ CONFIDENCE = 1.0 - LEVEL
 """Share of the resamples between the bounds of an interval, or of t intervals that hold the true value."""
 RESAMPLES = 2_000
 """Bootstrap resamples of an interval."""
+ROUNDING = 1e-8
+"""Share of a score by which equal ones may differ: runs keep nine digits, of which the last may be off by one."""
 TRIMMED_SHARE = 0.25
 """What an interquartile mean leaves out at each end."""
 _BATCH = 100
@@ -107,20 +109,18 @@ def paired_difference(scores: ArrayLike, other: ArrayLike) -> Interval:
     return _over_pairs(pairs)
 
 
-def welch_difference(by_seed: ArrayLike, other: ArrayLike, *, confidence: float = CONFIDENCE) -> Interval:
+def welch_difference(by_seed: ArrayLike, other: ArrayLike) -> Interval:
     """Difference of two means over seeds with Welch's t interval, which five seeds do not make too narrow.
 
     Verdicts rest on it. It takes seeds for draws of a normal distribution, each method with a spread of its own.
 
     :param by_seed: one score per seed [S1]
     :param other: the same of another method [S2]
-    :param confidence: share of such intervals that hold the true difference, in (0, 1)
-    :return: the difference; NaN bounds if either method has one seed, equal bounds if neither has any spread
+    :return: the difference; NaN bounds if either method has one seed, equal bounds if neither has any spread beyond
+        ``ROUNDING``
     :raises UserError: if there is no score, or one that is not finite
     """
-    first, second = (_checked(values, "by_seed", "S") for values in (by_seed, other))
-    test = partial(ttest_ind, first, second, equal_var=False)
-    return _students_t(float(first.mean() - second.mean()), (first, second), test, confidence)
+    return _welch(by_seed, other).interval()
 
 
 def welch_p(by_seed: ArrayLike, other: ArrayLike) -> float:
@@ -128,12 +128,11 @@ def welch_p(by_seed: ArrayLike, other: ArrayLike) -> float:
 
     :param by_seed: one score per seed [S1]
     :param other: the same of another method [S2]
-    :return: the p-value; NaN where no seed differs from another of its method, so that chance has no part in it, and
-        for one seed
+    :return: the p-value; NaN where no seed differs from another of its method by more than ``ROUNDING``, so that chance
+        has no part in it, and for one seed
     :raises UserError: if there is no score, or one that is not finite
     """
-    first, second = (_checked(values, "by_seed", "S") for values in (by_seed, other))
-    return _p_value((first, second), partial(ttest_ind, first, second, equal_var=False))
+    return _welch(by_seed, other).p_value()
 
 
 def paired_p(by_seed: ArrayLike, other: ArrayLike) -> float:
@@ -141,11 +140,10 @@ def paired_p(by_seed: ArrayLike, other: ArrayLike) -> float:
 
     :param by_seed: one score per seed [S]
     :param other: the same of the other method, in the same order of seeds [S]
-    :return: the p-value; NaN where all differences are equal, and for one seed
-    :raises UserError: if there is no score, or one that is not finite
+    :return: the p-value; NaN where all differences are equal but for ``ROUNDING``, and for one seed
+    :raises UserError: if the numbers of seeds differ, there is no score, or one that is not finite
     """
-    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
-    return _p_value((first - second,), partial(ttest_rel, first, second))
+    return _paired(by_seed, other).p_value()
 
 
 def holm(p_values: Sequence[float], level: float = LEVEL) -> float:
@@ -177,15 +175,10 @@ def paired_t(by_seed: ArrayLike, other: ArrayLike) -> Interval:
     :param by_seed: one score per seed [S]
     :param other: the same of the other method, in the same order of seeds, on the same missions [S]
     :return: the difference in the unit of the scores; NaN bounds for one seed, equal bounds if all differences are
-        equal
+        equal but for ``ROUNDING``
     :raises UserError: if the numbers of seeds differ, there is no score, or one that is not finite
     """
-    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
-    if len(first) != len(second):
-        raise UserError(f"by_seed has {len(first)} seeds, other {len(second)}: seeds in pairs need as many of both")
-    differences = first - second
-    value = differences.mean() if np.ptp(differences) else differences[0]  # the mean of equal ones may be a hair off
-    return _students_t(float(value), (differences,), partial(ttest_rel, first, second), CONFIDENCE)
+    return _paired(by_seed, other).interval()
 
 
 def probability_of_improvement(scores: ArrayLike, other: ArrayLike) -> Interval:
@@ -201,27 +194,65 @@ def probability_of_improvement(scores: ArrayLike, other: ArrayLike) -> Interval:
     return _over_pairs(wins.mean(axis=-1))
 
 
-def _students_t(
-    value: float, samples: Sequence[NDArray[np.float64]], test: Callable[[], Any], confidence: float
-) -> Interval:
-    """A difference of samples with the t interval of a SciPy test; its width is 0 if no sample has any spread."""
-    if min(map(len, samples)) < 2:
-        return Interval(value, float("nan"), float("nan"))
-    if not any(map(np.ptp, samples)):
-        return Interval(value, value, value)
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Precision loss")  # hardly any spread: the bounds are right all the same
-        bounds = test().confidence_interval(confidence)
-    return Interval(value, min(float(bounds.low), value), max(float(bounds.high), value))
+class _Comparison(NamedTuple):
+    """Two methods that a t test of SciPy holds against each other."""
+
+    value: float
+    """The mean difference."""
+    samples: tuple[NDArray[np.float64], ...]
+    """The figures whose spread is chance."""
+    rounding: float
+    """What rounding may add to any of them."""
+    test: Callable[[], Any]
+
+    @property
+    def has_one_seed(self) -> bool:
+        """Whether a spread cannot be known."""
+        return min(map(len, self.samples)) < 2
+
+    @property
+    def has_spread(self) -> bool:
+        """Whether seeds differ by more than rounding."""
+        return any(np.ptp(sample) > self.rounding for sample in self.samples)
+
+    def interval(self) -> Interval:
+        """The difference with its t interval; its width is 0 without spread, and so is then what rounding left."""
+        if self.has_one_seed:
+            return Interval(self.value, float("nan"), float("nan"))
+        if not self.has_spread:
+            value = self.value if abs(self.value) > self.rounding else 0.0
+            return Interval(value, value, value)
+        bounds = self._tested().confidence_interval(CONFIDENCE)
+        return Interval(self.value, min(float(bounds.low), self.value), max(float(bounds.high), self.value))
+
+    def p_value(self) -> float:
+        """The two-sided p-value; NaN for one seed, and without spread."""
+        return float("nan") if self.has_one_seed or not self.has_spread else float(self._tested().pvalue)
+
+    def _tested(self) -> Any:
+        with warnings.catch_warnings():
+            warnings.filterwarnings("ignore", "Precision loss")  # one of the methods may have no spread
+            return self.test()
 
 
-def _p_value(samples: Sequence[NDArray[np.float64]], test: Callable[[], Any]) -> float:
-    """The p-value of a SciPy test; NaN if a sample has one seed, or none has any spread."""
-    if min(map(len, samples)) < 2 or not any(map(np.ptp, samples)):
-        return float("nan")
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "Precision loss")
-        return float(test().pvalue)
+def _welch(by_seed: ArrayLike, other: ArrayLike) -> _Comparison:
+    """Two means over seeds that are no pairs."""
+    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
+    value, test = float(first.mean() - second.mean()), partial(ttest_ind, first, second, equal_var=False)
+    return _Comparison(value, (first, second), _rounding(first, second), test)
+
+
+def _paired(by_seed: ArrayLike, other: ArrayLike) -> _Comparison:
+    """Differences seed by seed."""
+    first, second = _checked(by_seed, "by_seed", "[S]"), _checked(other, "other", "[S]")
+    if len(first) != len(second):
+        raise UserError(f"by_seed has {len(first)} seeds, other {len(second)}: seeds in pairs need as many of both")
+    differences, test = first - second, partial(ttest_rel, first, second)
+    return _Comparison(float(differences.mean()), (differences,), _rounding(first, second), test)
+
+
+def _rounding(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    return ROUNDING * float(max(np.abs(first).max(), np.abs(second).max()))
 
 
 def _over_pairs(pairs: NDArray[np.float64]) -> Interval:
@@ -266,5 +297,6 @@ def _checked(values: ArrayLike, name: str, shape: str) -> NDArray[np.float64]:
     if array.ndim != shape.count(",") + 1 or array.size == 0:
         raise UserError(f"{name} has shape {array.shape}: must be {shape}, with at least one score")
     if not np.isfinite(array).all():
-        raise UserError(f"{name} holds NaN or infinity: every score must be a finite number")
+        where = np.argwhere(~np.isfinite(array))[0].tolist()
+        raise UserError(f"{name}{where} is {array[tuple(where)]}: every score must be a finite number")
     return array

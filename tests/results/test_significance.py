@@ -59,3 +59,28 @@ def test_p_values_by_hand() -> None:
     assert paired_p([2.0, 4.0, 6.0], [1.0, 2.0, 3.0]) == pytest.approx(expected)
     assert welch_p([1.0, 2.0, 3.0], [0.0, 0.0, 0.0]) == pytest.approx(expected)
     assert np.isnan([welch_p([1.0, 1.0], [0.0, 0.0]), paired_p([2.0, 1.0], [1.0, 0.0]), paired_p([1.0], [0.0])]).all()
+
+
+@given(digits=st.integers(10**8, 10**9 - 1), exponent=st.integers(-12, 12), sign=st.sampled_from([-1.0, 1.0]))
+def test_seeds_that_differ_by_the_last_digit_that_runs_keep_do_not_differ(
+    digits: int, exponent: int, sign: float
+) -> None:
+    one, next_to_it = (sign * float(f"{number}e{exponent}") for number in (digits, digits + 1))
+    for found, p_value in (
+        (welch_difference([one, next_to_it], [one, one]), welch_p([one, next_to_it], [one, one])),
+        (paired_t([one, next_to_it], [one, one]), paired_p([one, next_to_it], [one, one])),
+    ):
+        assert found == (0.0, 0.0, 0.0)
+        assert np.isnan(p_value)
+
+
+def test_seeds_that_differ_by_more_do() -> None:
+    # Off by 2 in the last of nine digits: mean difference 1e-8, variance 2e-16 over two seeds, so t = 1 with 1 degree
+    # of freedom, whose p-value is 1/2.
+    for p_value in (welch_p, paired_p):
+        assert p_value([1.00000002, 1.0], [1.0, 1.0]) == pytest.approx(0.5, rel=1e-6)
+
+
+def test_what_rounding_leaves_of_equal_differences_is_no_effect() -> None:
+    assert paired_t([0.1 + 0.2, 0.7], [0.3, 0.1 + 0.6]) == (0.0, 0.0, 0.0)
+    assert np.isnan(paired_p([0.3, 0.4], [0.1, 0.2]))  # 0.2 both, but for the last bit

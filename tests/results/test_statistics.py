@@ -17,9 +17,11 @@ from lawn_sb3.results.statistics import (
     interquartile_mean,
     mean_interval,
     paired_difference,
+    paired_p,
     paired_t,
     probability_of_improvement,
     welch_difference,
+    welch_p,
 )
 
 Matrix = NDArray[np.float64]
@@ -223,18 +225,25 @@ def test_scores_that_are_no_filled_matrix_are_refused(compare: Callable[..., Int
         interquartile_mean(wrong)
 
 
-def test_mean_of_no_seeds_or_of_a_matrix_is_refused() -> None:
-    for wrong in (np.ones(0), np.ones((2, 2))):
-        with pytest.raises(UserError, match=r"by_seed has shape .*: must be \[S\]"):
-            mean_interval(wrong)
+@pytest.mark.parametrize("wrong", [np.ones(0), np.ones((2, 2))], ids=["none", "matrix"])
+def test_no_seeds_or_a_matrix_of_them_are_refused_by_name(wrong: Matrix) -> None:
+    with pytest.raises(UserError, match=r"^by_seed has shape .*: must be \[S\], with at least one score$"):
+        mean_interval(wrong)
+    for compare in (welch_difference, welch_p, paired_t, paired_p):
+        for name, values in (("by_seed", (wrong, np.ones(2))), ("other", (np.ones(2), wrong))):
+            with pytest.raises(UserError, match=rf"^{name} has shape .*: must be \[S\], with at least one score$"):
+                compare(*values)
 
 
 @pytest.mark.parametrize("bad", [float("nan"), float("inf")])
 def test_scores_that_are_no_finite_numbers_are_refused(bad: float) -> None:
-    with pytest.raises(UserError, match="by_seed holds NaN or infinity"):
+    with pytest.raises(UserError, match=rf"^by_seed\[1\] is {bad}: every score must be a finite number$"):
         mean_interval([1.0, bad])
-    with pytest.raises(UserError, match="other holds NaN or infinity"):
-        paired_difference([[1.0]], [[bad]])
+    with pytest.raises(UserError, match=rf"^other\[0, 1\] is {bad}: every score"):
+        paired_difference([[1.0, 1.0]], [[1.0, bad]])
+    for compare in (welch_difference, welch_p, paired_t, paired_p):
+        with pytest.raises(UserError, match=rf"^other\[2\] is {bad}: every score"):
+            compare([1.0, 2.0, 3.0], [1.0, 2.0, bad])
 
 
 def test_welch_interval_by_hand() -> None:
@@ -291,5 +300,7 @@ def test_paired_t_intervals_hold_the_true_difference_as_often_as_they_say() -> N
 
 
 def test_seeds_that_cannot_be_paired_are_refused() -> None:
-    with pytest.raises(UserError, match="by_seed has 2 seeds, other 3"):
-        paired_t([1.0, 2.0], [1.0, 2.0, 3.0])
+    for compare in (paired_t, paired_p):
+        for one, other in ((2, 3), (1, 3)):
+            with pytest.raises(UserError, match=f"by_seed has {one} seeds, other {other}"):
+                compare(np.arange(one), np.arange(other))
