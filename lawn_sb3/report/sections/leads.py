@@ -1,20 +1,22 @@
 """Who leads in each changed game, and by how much."""
 
 from collections.abc import Mapping
+from textwrap import fill
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
+from lawn_sb3.report.changed_game import game_label
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, error_bars, use_house_style
-from lawn_sb3.report.symbols import NO_SYMBOL, symbol_of
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import mean_interval
-from lawn_sb3.scenario import Scenario
 
 LEADS_IN = ("reward", "utility_mbps")
+NAME_WIDTH = 44
+"""Characters of a line of the name of a changed game."""
 CAPTION = (
     "Mean over seeds minus the mean of all learning methods in the same changed game, with 95 % bootstrap intervals "
     "over seeds; rows are changed games, with what is changed. Random and shortest path are in the tables."
@@ -26,28 +28,14 @@ def section(games: Mapping[str, Results]) -> Section:
     return Section("Leads", {"leads": Picture(_figure(games), CAPTION)})
 
 
-def game_label(name: str, results: Results) -> str:
-    """What a changed game is called: its name in words, and the values of those constants with a symbol that differ."""
-    recipe = results.recipe
-    words = name.replace("-", " ").replace("_", " ")
-    usual, own = Scenario(), recipe.game()
-    changes = []
-    for key, field in Scenario.model_fields.items():
-        value, extra = getattr(own, key), field.json_schema_extra
-        if value == getattr(usual, key) or not isinstance(value, int | float) or not isinstance(extra, dict):
-            continue
-        symbol, unit = symbol_of(str(extra["symbol"])).text, str(extra["unit"]).replace("1/", "per ")
-        if symbol != NO_SYMBOL:
-            changes.append(f"{symbol} = {value:g}{'' if unit == '-' else f' {unit}'}")
-    return f"{words}\n({', '.join(changes)})" if changes else words
-
-
 def _figure(games: Mapping[str, Results]) -> Figure:
     """Each method's lead over the mean of the learning methods, by changed game."""
     use_house_style()
     figure = Figure(figsize=(10, 1.2 + 0.55 * len(games)), layout="constrained")
     axes = figure.subplots(1, len(LEADS_IN), sharey=True)
-    methods = next(iter(games.values())).recipe.methods
+    base = next(iter(games.values())).recipe
+    methods, usual = base.methods, base.game()
+    names = [fill(game_label(name, own.recipe.game(), usual), NAME_WIDTH) for name, own in games.items()]
     learners = [key for key, method in methods.items() if method.algo is not None] or list(methods)
     palette = colours(methods)
     for ax, quantity in zip(axes, LEADS_IN, strict=True):
@@ -64,7 +52,7 @@ def _figure(games: Mapping[str, Results]) -> Figure:
                     ax.errorbar(own.value, y, xerr=error_bars(own), fmt="o", **look)
         ax.axvline(0.0, color="0.5", linewidth=0.8, zorder=0)
         ax.set_xlabel(f"{QUANTITIES[quantity].axis_label}, lead over the learners' mean")
-        ax.set_yticks(range(len(games)), [game_label(name, results) for name, results in games.items()])
+        ax.set_yticks(range(len(games)), names)
         ax.set_ylim(len(games) - 0.5, -0.5)
         ax.grid(visible=False, axis="y")
         for row in range(1, len(games), 2):

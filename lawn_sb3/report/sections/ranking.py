@@ -6,6 +6,7 @@ from itertools import combinations
 import pandas as pd
 from scipy.stats import rankdata
 
+from lawn_sb3.report.changed_game import game_label
 from lawn_sb3.report.section import Section
 from lawn_sb3.report.table import Table, sample_text
 from lawn_sb3.results.quantities import QUANTITIES
@@ -19,7 +20,7 @@ def section(quantity: str, games: Mapping[str, Results]) -> Section:
     """Every method's figure and rank in every changed game, and the pairs that change places.
 
     :param quantity: a key of ``HEADINGS``
-    :param games: results by the name of the game, the game as it is first
+    :param games: results by the key of the game in the recipe, the game as it is first
     :return: a table with one row per game
     """
     chosen = QUANTITIES[quantity]
@@ -27,7 +28,7 @@ def section(quantity: str, games: Mapping[str, Results]) -> Section:
     for name, results in games.items():
         found = {key: results.mean(key, quantity) for key in results.methods}
         ranks = dict(zip(found, rankdata([-own.value for own in found.values()], method="min"), strict=True))
-        cells = {"Game": name}
+        cells = {"Game": game_label(name, results.recipe.game(), base.recipe.game())}
         for key, own in found.items():
             numbers.append({"game": name, "method": key, **own._asdict(), "rank": int(ranks[key])})
             cells[results.methods[key].label] = f"{own.text(chosen.decimals)} ({ranks[key]:.0f}.)"

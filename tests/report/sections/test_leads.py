@@ -1,6 +1,6 @@
 """Leads: rows are named in words, with the constants that are changed."""
 
-from lawn_sb3.report.sections.leads import game_label, section
+from lawn_sb3.report.sections.leads import section
 from lawn_sb3.results.results import Results
 from tests.handmade import flown, learner, recipe_with, results_of
 from tests.report.reading import picture_in
@@ -12,10 +12,13 @@ def game(*changes: str) -> Results:
 
 
 def test_changed_games_are_named_in_words_with_what_is_changed() -> None:
-    assert game_label("as-is", game()) == "as is"
-    assert game_label("link-budget-halved", game("tx_power_dbm=16.99")) == "link budget halved\n(P_tx = 16.99 dBm)"
-    assert game_label("rate-unit-halved", game("rate_unit=27.35")) == "rate unit halved"
-    games = {"as-is": game(), "fail-penalty-halved": game("fail_penalty=2.5")}
+    games = {
+        "as-is": game(),
+        "fail-penalty-halved": game("fail_penalty=2.5"),
+        "stays": game("arrived_uav=stays", "tx_power_dbm=25.94", "fail_penalty=5.055"),
+    }
     figure = picture_in(section(games), "leads").figure
     shown = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-    assert shown == ["as is", "fail penalty halved\n(r_fail = 2.5)"]
+    assert shown == [
+        "as is", "fail penalty halved (r_fail = 2.5)", "stays (P_tx = 25.94 dBm, r_fail = 5.055,\narrived UAV = stays)"
+    ]  # fmt: skip

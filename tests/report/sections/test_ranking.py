@@ -9,9 +9,9 @@ from tests.report.reading import table_in
 RECIPE = recipe_with({"one": learner("One"), "two": learner("Two")})
 
 
-def game(one: tuple[float, float], two: tuple[float, float]) -> Results:
+def game(one: tuple[float, float], two: tuple[float, float], *changes: str) -> Results:
     return results_of(
-        RECIPE,
+        RECIPE.model_copy(update={"set": changes}),
         *(flown("one", seed, reward=[reward]) for seed, reward in enumerate(one)),
         *(flown("two", seed, reward=[reward]) for seed, reward in enumerate(two)),
     )
@@ -30,6 +30,17 @@ def test_figures_and_ranks_by_hand() -> None:
     assert shown["One"] == "3.10 [3.00, 3.20] (1.)"
     assert shown["Two"] == "2.00 [2.00, 2.00] (2.)"
     assert shown["n"] == "2 × 200"
+
+
+def test_games_are_named_for_readers_and_by_their_keys_for_machines() -> None:
+    table = ranking(
+        {
+            "as-is": game((3.0, 3.2), (2.0, 2.0)),
+            "link-budget-halved": game((3.0, 3.2), (2.0, 2.0), "tx_power_dbm=16.99"),
+        }
+    )
+    assert table.shown["Game"].tolist() == ["as is", "link budget halved (P_tx = 16.99 dBm)"]
+    assert table.numbers["game"].unique().tolist() == ["as-is", "link-budget-halved"]
 
 
 def test_a_pair_that_is_apart_in_both_games_changes_places() -> None:
