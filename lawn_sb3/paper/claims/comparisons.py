@@ -1,13 +1,14 @@
 """Claims that hold one method's final figures to another's."""
 
+from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.paper.claims.claim import Condition, Finding, Verdict, claim, shared_rule
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import (
     against_all,
-    at_least,
     combine,
     counted,
     difference,
+    equivalence,
     in_words,
     join,
     known,
@@ -15,10 +16,13 @@ from lawn_sb3.paper.claims.rule_parts import (
     seed_means,
 )
 from lawn_sb3.paper.roles import FORMS
-from lawn_sb3.results.statistics import Interval, welch_difference
+from lawn_sb3.results.statistics import welch_difference
+from lawn_sb3.scenario import PRESETS
 
 SMALL = 0.1
 """A difference below this share of the paper's has the right sign but not the size."""
+RB_MBPS = rate_unit_mbps(PRESETS["paper"]) / float(PRESETS["paper"].num_rbs.max())
+"""What an RB gives one voxel from its GBS. RBs are whole, so no entry into a cell that costs at all costs less."""
 
 
 @shared_rule
@@ -43,7 +47,7 @@ def better_than(
         for other in over:
             rival, found = evidence.label(other), difference(evidence, quantity, role, other)
             parts.append(f"{found.text(decimals)}{unit} against {rival}")
-            leads.append(found.above_0(sign))
+            leads.append(found.above(sign))
             if leads[-1] != "holds":
                 notes.append(f"{label} {found.word(sign)} {rival}")
             printed = printed_difference(evidence, quantity, role, other) if sizeable else None
@@ -64,7 +68,8 @@ def better_than(
     place=700,
     section="V-B, Table II",
     text="Its corrected rate is comparable to QMIX's, so that efficient navigation does not sacrifice communication.",
-    measure="difference in R̂, its 95 % interval within the paper's own difference",
+    measure="difference in R̂, which has to lie within the paper's own difference on either side: Welch's test against "
+    "each of these bounds",
 )
 def rate_comparable(evidence: Evidence) -> Finding:
     """Whether the rates differ by no more than they do in the paper."""
@@ -77,14 +82,14 @@ def rate_comparable(evidence: Evidence) -> Finding:
         if printed is None:
             raise CannotTellError("needs methods that have a row in the paper's Table II")
         margin = abs(printed)
-        found = _difference(evidence, "rate_mbps", role, "qmix")
+        same, found = equivalence(evidence, "rate_mbps", role, "qmix", margin)
         figures.append(f"{evidence.label(role)}: {symbol} {found.text(decimals)}{unit} against {rival}")
-        within.append(against_all([at_least(found, -margin), at_least(_negative(found), -margin)]))
+        within.append(same)
     return Finding(
         combine(*([form] for form in within)),
         "; ".join(figures),
         f"The paper calls a difference of {margin:.{decimals}f}{unit} comparable, and "
-        f"every interval has to lie within it: {counted(within)}.",
+        f"every difference has to lie within it: {counted(within)}.",
     )
 
 
@@ -93,26 +98,31 @@ def rate_comparable(evidence: Evidence) -> Finding:
     section="I, III-B",
     text="The cell loads are the congestion sufficient statistic: they say all about the others that is of use.",
     measure="mean utility of a learner, in time and undiscounted, that is told how many head for each cell, less that "
-    "of the same learner which sees the loads alone; it must not lie above 0",
+    "of the same learner which sees the loads alone. What the loads are to tell is how the rate falls on entering a "
+    f"cell, by no less than one RB, {RB_MBPS:.1f} Mbps near its GBS: it has to lie within a tenth of that, "
+    f"{SMALL * RB_MBPS:.2f} Mbps on either side, and contradicts if above",
     needs="ladder",
 )
 def loads_suffice(evidence: Evidence) -> Finding:
-    """Whether being told more than the loads is of no use; how much the loads are worth is told beside."""
+    """Whether being told more than the loads is of no use; how much the loads are worth is told beside.
+
+    Less than without being told shows a learner that makes nothing of what it is told, and says nothing of the loads.
+    """
     symbol, unit, decimals = in_words("utility_mbps")
-    more = difference(evidence, "utility_mbps", "knows-destinations", "knows-loads")
-    use = _difference(evidence, "utility_mbps", "knows-loads", "knows-nothing")
+    same, more = equivalence(evidence, "utility_mbps", "knows-destinations", "knows-loads", SMALL * RB_MBPS)
+    use = known(welch_difference(*seed_means(evidence, "utility_mbps", "knows-loads", "knows-nothing")))
     nothing, loads, destinations = map(evidence.label, ("knows-nothing", "knows-loads", "knows-destinations"))
-    outcomes: dict[Condition, tuple[Verdict, str]] = {
-        "holds": ("contradicted", "it is: what suffices leaves nothing to gain"),
-        "open": ("not shown", "these seeds cannot tell whether it is"),
-        "fails": ("reproduced", "it is not"),
+    verdict: Verdict = "reproduced" if same == "holds" else "contradicted" if more.above() == "holds" else "not shown"
+    words: dict[Verdict, str] = {
+        "reproduced": "it is not",
+        "contradicted": "it is: what suffices leaves nothing to gain",
+        "not shown": "whether it is, these runs cannot tell",
     }
-    verdict, word = outcomes[more.above_0()]
     return Finding(
         verdict,
         f"{destinations}: {symbol} {more.text(decimals)}{unit} against {loads}; "
         f"{loads}: {use.text(decimals)}{unit} against {nothing}",
-        f"Being told more must not be of more use; {word}.",
+        f"Being told more must not be of {SMALL * RB_MBPS:.2f}{unit} more use; {words[verdict]}.",
     )
 
 
@@ -122,10 +132,10 @@ def loads_suffice(evidence: Evidence) -> Finding:
     section="IV-B",
     text="The congestion makes the joint value function non-decomposable, ruling out value decomposition as in QMIX.",
     measure="difference in J̄ between CTDE-MAPPO and QMIX: ruled out is a method that is behind by no less than in the "
-    "paper, with its whole 95 % interval",
+    "paper, by Welch's test against that",
 )
 def value_decomposition(evidence: Evidence) -> Finding:
-    """Whether QMIX is so far behind as to be ruled out; not if the whole interval lies below the paper's lead."""
+    """Whether QMIX is so far behind as to be ruled out; not if it is behind by less than in the paper."""
     symbol, unit, decimals = in_words("reward")
     rival, printed = evidence.label("qmix"), 0.0
     figures: list[str] = []
@@ -135,9 +145,9 @@ def value_decomposition(evidence: Evidence) -> Finding:
         if lead is None:
             raise CannotTellError("needs methods that have a row in the paper's Table II")
         printed = lead
-        found = _difference(evidence, "reward", role, "qmix")
+        found = difference(evidence, "reward", role, "qmix", printed)
         figures.append(f"{evidence.label(role)}: {symbol} {found.text(decimals)}{unit} against {rival}")
-        far.append(at_least(found, printed))
+        far.append(found.reaches())
     success = evidence.scores("qmix", "success_percent").mean()
     return Finding(
         combine(*([form] for form in far)),
@@ -159,7 +169,7 @@ def mixer_limits(evidence: Evidence) -> Finding:
     symbol, unit, decimals = in_words("reward")
     pairs = [*((role, "qmix") for role in FORMS), ("qmix", "qmix-additive")]
     found = [difference(evidence, "reward", *pair) for pair in pairs]
-    held = [each.above_0() for each in found]
+    held = [each.above() for each in found]
     figures = [
         f"{evidence.label(role)}: {symbol} {each.text(decimals)}{unit} against {evidence.label(other)}"
         for (role, other), each in zip(pairs, found, strict=True)
@@ -170,12 +180,3 @@ def mixer_limits(evidence: Evidence) -> Finding:
         "; ".join(figures),
         f"Each difference has to lie above 0: {counted(held)}.",
     )
-
-
-def _difference(evidence: Evidence, quantity: str, role: str, other: str) -> Interval:
-    """A difference that no verdict needs apart from 0, so that it is not among the tests."""
-    return known(welch_difference(*seed_means(evidence, quantity, role, other)))
-
-
-def _negative(found: Interval) -> Interval:
-    return Interval(-found.value, -found.high, -found.low)

@@ -142,8 +142,8 @@ def uneven_by_congestion(evidence: Evidence) -> Finding:
         )
         conditions: dict[str, Condition] = {
             "longer flights": at_least(delays, 1.0 + TINY),
-            "more unevenness": wider.above_0(),
-            "a gain for all": gain.above_0(),
+            "more unevenness": wider.above(),
+            "a gain for all": gain.above(),
         }
         forms.append(list(conditions.values()))
         failed += [f"{name} ({label})" for name, holds in conditions.items() if holds != "holds"]

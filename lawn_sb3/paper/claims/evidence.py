@@ -23,7 +23,8 @@ class Family:
     """The differences that claims test, as one family.
 
     :param level: the largest p-value that counts
-    :param p_values: what was tested so far; a difference that several claims test counts once
+    :param p_values: what was tested so far, as figure, two parts, and the level that their difference is held to;
+        what several claims test counts once
     """
 
     level: float = LEVEL

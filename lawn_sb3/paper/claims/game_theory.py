@@ -93,7 +93,7 @@ def welfare_maximising(evidence: Evidence) -> Finding:
         for other in ("forecast", "welfare"):
             found = difference(evidence, "utility_mbps", role, other)
             parts.append(f"{found.text(decimals)}{unit} against {evidence.label(other)}")
-            conditions.append(found.above_0(-1.0))
+            conditions.append(found.above(-1.0))
         figures.append(f"{evidence.label(role)}: {symbol} {', '.join(parts)}")
         forms.append(["fails" if "holds" in conditions else "open"])
         if forms[-1] == ["fails"]:
@@ -122,7 +122,7 @@ def welfare_uneven(evidence: Evidence) -> Finding:
         others = gini(evidence.utilities_mbps(role))
         found = seed_difference(evidence, "gini", "welfare", role, own.mean(axis=1), others.mean(axis=1))
         parts.append(f"{evidence.label(role)} {others.mean():.3f}, difference {found.text(3)}")
-        held.append(found.above_0())
+        held.append(found.above())
     return Finding(
         combine(held),
         f"Gini coefficient of U within an episode: {label} {own.mean():.3f}; {'; '.join(parts)}",

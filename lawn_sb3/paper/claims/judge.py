@@ -10,10 +10,12 @@ from lawn_sb3.paper.claims.rule_parts import sentence
 
 def judge(claim: Claim, evidence: Evidence) -> Finding:
     """Hold one claim to the evidence; it is ``not testable`` where that is missing."""
+    tested = dict(evidence.tests.p_values)
     try:
         finding = claim.rule(evidence)
         return finding._replace(verdict=_verdict(claim, finding.verdict))
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
+        evidence.tests.p_values = tested  # a claim that is not judged raises no bar for the others
         elsewhere = f"; it is judged in the report of runs/{claim.needs}.yaml" if claim.needs is not None else ""
         return Finding("not testable", "", sentence(f"{error}{elsewhere}"))
 
@@ -24,7 +26,8 @@ def _verdict(claim: Claim, found: Verdict) -> Verdict:
         return found
     if found == "reproduced":
         return claim.owed_to
-    return "contradicted" if claim.owed_to == "fitted" else found
+    # Figures that agree are owed to the fit, so of some that do and some that do not only the latter say anything.
+    return "contradicted" if claim.owed_to == "fitted" and found == "partly" else found
 
 
 def judge_all(claims: Sequence[Claim], evidence: Evidence) -> list[Judged]:

@@ -17,28 +17,34 @@ TINY = 1e-9
 
 
 class Difference(NamedTuple):
-    """A difference of two methods that a claim needs to lie on one side of 0."""
+    """A difference of two methods that a claim needs to lie on one side of a level, which is 0 unless said."""
 
     interval: Interval
     """Welch's 95 % interval."""
     apart: bool
-    """Whether it is significant among all differences that the claims test."""
+    """Whether it is significantly other than the level, among all differences that the claims test."""
+    side: float
+    """On which side of the level it lies: 1 above, -1 below, 0 if in every seed just there."""
 
-    def above_0(self, sign: float = 1.0) -> Condition:
-        """Whether it lies above 0, or with the sign -1 below: open if these seeds cannot tell.
+    def above(self, sign: float = 1.0) -> Condition:
+        """Whether it lies above the level, or with the sign -1 below: open if these seeds cannot tell.
 
-        It fails if it lies on the other side, and if both methods are level in every seed, so that neither leads.
+        It fails if it lies on the other side, and if in every seed just there: of methods that are level neither leads.
         """
         if not self.apart:
             return "open"
-        return "holds" if is_positive(sign * self.interval.value) else "fails"
+        return "holds" if sign * self.side > 0.0 else "fails"
+
+    def reaches(self, sign: float = 1.0) -> Condition:
+        """The same, but that it holds too if in every seed just there."""
+        return "holds" if self.apart and self.side == 0.0 else self.above(sign)
 
     def word(self, sign: float = 1.0) -> str:
         """What one method does beside the other, such as ``does worse than``; with the sign -1 less is better."""
-        if self.apart and abs(self.interval.value) <= TINY:
+        if self.apart and self.side == 0.0:
             return "is level with"
         return {"holds": "does better than", "fails": "does worse than", "open": "cannot be told from"}[
-            self.above_0(sign)
+            self.above(sign)
         ]
 
     def text(self, decimals: int) -> str:
@@ -99,11 +105,6 @@ def combine(*forms: Iterable[Condition]) -> Verdict:
     return "contradicted" if all("fails" in form for form in listed) else "not shown"
 
 
-def is_positive(value: float) -> bool:
-    """Whether a difference, or a bound of one, lies above 0 by more than rounding."""
-    return bool(value > TINY)
-
-
 def known(interval: Interval) -> Interval:
     """The same interval, if a verdict may rest on it.
 
@@ -136,13 +137,30 @@ def seed_means(evidence: Evidence, quantity: str, role: str, other: str) -> tupl
     return own.mean(axis=1), others.mean(axis=1)
 
 
-def difference(evidence: Evidence, quantity: str, role: str, other: str) -> Difference:
+def difference(evidence: Evidence, quantity: str, role: str, other: str, level: float = 0.0) -> Difference:
     """How much more of one of ``QUANTITIES`` one part gets than another, on the same missions, by Welch's interval.
 
+    :param level: what it is held to
     :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
     """
     own, others = seed_means(evidence, quantity, role, other)
-    return seed_difference(evidence, quantity, role, other, own, others)
+    return seed_difference(evidence, quantity, role, other, own, others, level)
+
+
+def equivalence(
+    evidence: Evidence, quantity: str, role: str, other: str, margin: float
+) -> tuple[Condition, Difference]:
+    """Whether two parts get the same of one of ``QUANTITIES``, but for a margin, by two one-sided tests (TOST).
+
+    That no difference is found shows nothing; this shows that there is none beyond the margin. Each bound is tested for
+    itself, on either side, so that the same tests can show that the difference lies beyond.
+
+    :param margin: what a difference may amount to on either side
+    :return: whether it lies within, and the difference as it is held to the upper bound
+    :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
+    """
+    low, high = (difference(evidence, quantity, role, other, level) for level in (-margin, margin))
+    return against_all([low.reaches(), high.reaches(-1.0)]), high
 
 
 def printed_difference(evidence: Evidence, quantity: str, role: str, other: str) -> float | None:
@@ -155,7 +173,13 @@ def printed_difference(evidence: Evidence, quantity: str, role: str, other: str)
 
 
 def seed_difference(
-    evidence: Evidence, figure: str, role: str, other: str, own: NDArray[np.float64], others: NDArray[np.float64]
+    evidence: Evidence,
+    figure: str,
+    role: str,
+    other: str,
+    own: NDArray[np.float64],
+    others: NDArray[np.float64],
+    level: float = 0.0,
 ) -> Difference:
     """Difference of two means over seeds, by Welch's interval: seeds of two methods are no pairs.
 
@@ -167,11 +191,14 @@ def seed_difference(
     :param other: the other
     :param own: the figure of the one, by seed [S1]
     :param others: the same of the other [S2]
+    :param level: what the difference is held to
     :raises CannotTellError: if one of them has a single seed
     """
-    interval = known(welch_difference(own, others))
-    tested = (figure, *sorted((role, other)))
-    return Difference(interval, evidence.tests.is_apart(tested, welch_p(own, others)))
+    interval, beyond = known(welch_difference(own, others)), own - level
+    first, second = sorted((role, other))
+    tested = (figure, first, second, f"{level if role == first else -level:z.9g}")
+    side = float(np.sign(welch_difference(beyond, others).value))
+    return Difference(interval, evidence.tests.is_apart(tested, welch_p(beyond, others)), side)
 
 
 def higher(
@@ -197,7 +224,7 @@ def higher(
     found = [
         seed_difference(evidence, figure, role, other, values[role], values[other]) for role in of for other in than
     ]
-    conditions = [each.above_0() for each in found]
+    conditions = [each.above() for each in found]
     shown = [f"{evidence.label(role)}: {mean_interval(own).text(decimals)}{unit}" for role, own in values.items()]
     differences = ", ".join(each.text(decimals) for each in found)
     why = f"Each difference ({differences}) has to lie above 0: {counted(conditions)}."

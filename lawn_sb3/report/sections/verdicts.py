@@ -100,7 +100,9 @@ def family_text(tests: Family) -> str:
     return (
         "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
         f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
-        "so an interval may leave 0 out and not count."
+        "so an interval may leave 0 out and not count. A difference that has to lie beyond or within a bound is tested "
+        "against that bound instead of 0; where no seed differs from another there is nothing to test, and it counts "
+        "as it is."
     )
 
 

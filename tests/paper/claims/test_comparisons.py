@@ -100,12 +100,31 @@ def test_what_makes_missions_hard_for_both_does_not_widen_an_interval() -> None:
     assert found.figure == "MAPPO: mean U 1.00 [1.00, 1.00] Mbps against QMIX"
 
 
-@pytest.mark.parametrize(("rate", "verdict"), [(33.0, "reproduced"), (27.0, "reproduced"), (33.2, "contradicted")])
+@pytest.mark.parametrize(
+    ("rate", "verdict"),
+    [(33.0, "reproduced"), (27.0, "reproduced"), (33.12, "reproduced"), (26.88, "reproduced"), (33.2, "contradicted")],
+)
 def test_rates_are_comparable_within_the_papers_own_difference(rate: float, verdict: str) -> None:
     # The paper: 35.68 against 38.80 Mbps, 3.12 apart; QMIX here has 30.
     finding = rate_comparable(measured("rate_mbps", **dict.fromkeys(FORMS, [[rate]] * 2), qmix=[[30.0]] * 2))
     assert finding.verdict == verdict
     assert "a difference of 3.12 Mbps comparable" in finding.why
+
+
+def test_rates_are_not_comparable_because_seeds_do_not_tell_them_apart() -> None:
+    # Both forms 0 +- 12.71 * 1: nothing is found, and nothing beyond 3.12 is excluded.
+    rates = {role: [[29.0], [31.0]] for role in FORMS}
+    assert rate_comparable(measured("rate_mbps", **rates, qmix=[[30.0]] * 2)).verdict == "not shown"
+
+
+def test_bounds_that_are_no_0_are_tested_among_all_others() -> None:
+    # CTDE-MAPPO is ahead by 0.4, 0.5 and 0.6: standard error 0.1 / sqrt(3) = 0.058 with 2 degrees of freedom. Against
+    # 0.18 that is t = (0.5 - 0.18) / 0.058 = 5.5, p = 0.03: enough alone, and not among two.
+    found = measured("reward", **{role: [[3.4], [3.5], [3.6]] for role in FORMS}, qmix=[[3.0]] * 3)
+    assert value_decomposition(found).verdict == "reproduced"
+    assert set(found.tests.p_values) == {("reward", role, "qmix", "0.18") for role in FORMS}
+    found.tests.correct()  # 0.03 > 0.05 / 2
+    assert value_decomposition(found).verdict == "not shown"
 
 
 def test_comparable_needs_rows_of_the_paper() -> None:
@@ -117,7 +136,17 @@ def test_comparable_needs_rows_of_the_paper() -> None:
 
 @pytest.mark.parametrize(
     ("destinations", "verdict"),
-    [([30.0, 30.0], "reproduced"), ([31.0, 31.0], "contradicted"), ([29.0, 33.0], "not shown")],
+    [
+        ([30.0, 30.0], "reproduced"),
+        ([30.5, 30.5], "reproduced"),  # a tenth of an RB is 0.547 Mbps
+        ([29.5, 29.5], "reproduced"),
+        ([30.6, 30.6], "contradicted"),
+        ([29.4, 29.4], "not shown"),  # it is told more and earns less, which says nothing of the loads
+        ([30.0, 30.04], "reproduced"),  # 0.02 +- 12.71 * 0.02, within
+        ([29.9, 30.1], "not shown"),  # 0 +- 12.71 * 0.1, and so 0 may or may not be the whole difference
+        ([30.98, 31.02], "contradicted"),  # 1 +- 12.71 * 0.02
+        ([30.5, 30.7], "not shown"),
+    ],
 )
 def test_loads_suffice_if_being_told_more_is_of_no_use(destinations: list[float], verdict: str) -> None:
     # With the loads 30 Mbps in every seed, without 20.

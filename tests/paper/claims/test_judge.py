@@ -8,10 +8,11 @@ import pytest
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.paper.checks import read_checks
-from lawn_sb3.paper.claims import Claim, Evidence, judge, judge_all, load_claims
+from lawn_sb3.paper.claims import Claim, Evidence, Finding, Verdict, judge, judge_all, load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
 from lawn_sb3.paper.claims.comparisons import better_than
 from lawn_sb3.paper.claims.evidence import Family
+from lawn_sb3.paper.claims.rule_parts import difference
 from lawn_sb3.results.results import read_results
 from tests.handmade import evidence, measured
 
@@ -52,6 +53,13 @@ def test_a_claim_that_owes_its_figures_to_how_the_game_was_made_is_not_reproduce
         assert judge(claim, behind).verdict == "contradicted"
 
 
+@pytest.mark.parametrize("verdict", ["not shown", "not testable", "impossible as printed", "contradicted"])
+def test_what_the_data_do_not_decide_is_not_contradicted_because_it_was_fitted(verdict: Verdict) -> None:
+    for owed_to in ("fitted", "by construction"):
+        claim = CLAIM.model_copy(update={"rule": lambda _: Finding(verdict, "1", "It is."), "owed_to": owed_to})
+        assert judge(claim, evidence()).verdict == verdict
+
+
 @pytest.mark.parametrize(("owed_to", "verdict"), [("fitted", "contradicted"), ("by construction", "partly")])
 def test_fitted_figures_of_which_only_some_agree_contradict_the_claim(owed_to: str, verdict: str) -> None:
     rule = partial(better_than, quantity="reward", of=["mappo", "mappo-o"], over=["qmix"])
@@ -77,6 +85,24 @@ def test_a_difference_counts_if_holm_rejects_it_among_all_that_are_tested() -> N
     again = Evidence(found.results)
     judge_all([sure, sure.model_copy(update={"id": "y"})], again)
     assert len(again.tests.p_values) == 1
+
+
+def test_a_claim_that_cannot_be_judged_does_not_raise_the_bar_for_the_others() -> None:
+    # p = 0.003 as above; against IQL there is a difference too, but none against Random, of which there is no run.
+    near, far = [[3.0], [4.0], [3.0], [4.0]], [[1.0], [2.0], [1.0], [2.0]]
+    found = measured("reward", mappo=near, qmix=far, iql=far)
+    rule = partial(better_than, quantity="reward", of=["mappo"], over=["qmix", "iql", "random"])
+    judged = judge_all([CLAIM, CLAIM.model_copy(update={"id": "z", "rule": rule})], found)
+    assert [one.finding.verdict for one in judged] == ["reproduced", "not testable"]
+    assert set(found.tests.p_values) == {("reward", "mappo", "qmix", "0")}
+
+
+def test_a_difference_held_to_a_bound_is_a_test_of_its_own_whichever_way_it_is_taken() -> None:
+    found = measured("reward", mappo=[[1.0], [2.0], [3.0]], qmix=[[0.0], [1.0], [0.0]])
+    there = [difference(found, "reward", "mappo", "qmix", level) for level in (0.0, 4.0)]
+    back = [difference(found, "reward", "qmix", "mappo", level) for level in (0.0, -4.0)]
+    assert set(found.tests.p_values) == {("reward", "mappo", "qmix", "0"), ("reward", "mappo", "qmix", "4")}
+    assert [one.side for one in (*there, *back)] == [1.0, -1.0, -1.0, 1.0]
 
 
 def test_what_is_significant_alone_may_not_be_among_many() -> None:

@@ -43,6 +43,7 @@ def test_the_table_shows_claim_verdict_measure_and_reason() -> None:
 def test_the_caption_says_how_many_differences_were_tested() -> None:
     caption = claims_table([judged("partly")], tests=Family(0.01, {("a",): 0.01, ("b",): 0.02, ("c",): 0.5})).caption
     assert "after Holm's correction over all 3 that these claims need: 1 does; so" in caption
+    assert "tested against that bound instead of 0" in caption
 
 
 PLAYED = [flown_by_seed(role, arrived=[[True] * 6] * 2) for role in ("mappo", "mappo-o", "random")]
