@@ -212,7 +212,8 @@ class Observer:
         :param state: state of G games
         :return: one observation per UAV [G, N, local_dim]
         """
-        return self.flat(state)[..., self.layout.local]
+        own, cells = self._own(state), self._cells(state)[:, None]
+        return np.concatenate([own, np.broadcast_to(cells, (*own.shape[:2], cells.shape[-1]))], axis=-1)
 
     def state(self, state: State) -> Floats32:
         """Global states, Eq. (11), eq:global_state.

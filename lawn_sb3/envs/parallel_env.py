@@ -90,7 +90,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.simulator.reset(seed=seed, missions=missions)
         self.agents = list(self.possible_agents)
         self._trail = []
-        return self._observe(self.agents), {agent: self._first_info(i) for i, agent in enumerate(self.agents)}
+        return self._observe(self.agents), self._first_infos()
 
     def step(
         self, actions: dict[str, int]
@@ -116,7 +116,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         outcome = self.simulator.step(joint)
         arrived, timed_out = outcome.arrived[0], outcome.timed_out[0]
         truncates = self.timeout == "truncated"
-        rewards = {agent: float(outcome.reward_terms[0, index[agent]].sum()) for agent in flew}
+        total = outcome.reward_terms[0].sum(axis=-1).tolist()
+        rewards = {agent: total[index[agent]] for agent in flew}
         terminations = {agent: bool(arrived[i] or (timed_out[i] and not truncates)) for agent, i in index.items()}
         truncations = {agent: bool(timed_out[i] and truncates) for agent, i in index.items()}
         self.agents = [agent for agent in flew if not terminations[agent] and not truncations[agent]]
@@ -125,7 +126,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             rewards,
             {agent: terminations[agent] for agent in flew},
             {agent: truncations[agent] for agent in flew},
-            {agent: self._info(index[agent], outcome) for agent in flew},
+            self._infos(flew, outcome),
         )
 
     def state(self) -> NDArray[np.float32]:
@@ -149,28 +150,40 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     def _observe(self, agents: list[str]) -> Observations:
         local = self.observer.local(self.simulator.state)[0]
-        return {agent: local[i].copy() for i, agent in enumerate(self.possible_agents) if agent in agents}
+        there = set(agents)
+        return {agent: own for agent, own in zip(self.possible_agents, local, strict=True) if agent in there}
 
-    def _first_info(self, uav: int) -> dict[str, Any]:
-        """Info before the first slot: association is known, nothing has been rated yet."""
+    def _first_infos(self) -> Infos:
+        """Infos before the first slot: association is known, nothing has been rated yet."""
         nothing: Any = map(np.zeros_like, self.simulator.outcome)
-        info = self._info(uav, Outcome(*nothing))
-        cell = int(self.simulator.rules.cell[tuple(info["position"])])
-        load = int(self.simulator.state.cell_load[0, cell])
-        share = rb_share(int(self.simulator.rules.num_rbs[cell]), load)
-        return {**info, "cell": cell, "cell_load": load, "num_rbs": share}
+        infos = self._infos(self.agents, Outcome(*nothing))
+        for info in infos.values():
+            cell = int(self.simulator.rules.cell[tuple(info["position"])])
+            load = int(self.simulator.state.cell_load[0, cell])
+            info |= {
+                "cell": cell,
+                "cell_load": load,
+                "num_rbs": rb_share(int(self.simulator.rules.num_rbs[cell]), load),
+            }
+        return infos
 
-    def _info(self, uav: int, outcome: Outcome) -> dict[str, Any]:
+    def _infos(self, agents: list[str], outcome: Outcome) -> Infos:
         state, outcomes = self.simulator.state, outcome._asdict()
-        terms = outcomes.pop("reward_terms")[0, uav].tolist()
+        terms = outcomes.pop("reward_terms")
+        numbers = {
+            "slot": state.slot,
+            "min_slots": state.min_slots,
+            "ema_rate_mbps": state.ema_rate_mbps,
+            **outcomes,
+            **{f"reward_{term}": terms[..., k] for k, term in enumerate(REWARD_TERMS)},
+        }
+        columns = [values[0].tolist() for values in numbers.values()]
+        voxels = zip(state.position[0].copy(), state.destination[0].copy(), strict=True)
+        there = set(agents)
         return {
-            "position": state.position[0, uav].copy(),
-            "destination": state.destination[0, uav].copy(),
-            "slot": int(state.slot[0, uav]),
-            "min_slots": int(state.min_slots[0, uav]),
-            "ema_rate_mbps": float(state.ema_rate_mbps[0, uav]),
-            **{name: values[0, uav].item() for name, values in outcomes.items()},
-            **{f"reward_{term}": value for term, value in zip(REWARD_TERMS, terms, strict=True)},
+            agent: {"position": position, "destination": destination, **dict(zip(numbers, own, strict=True))}
+            for agent, (position, destination), *own in zip(self.possible_agents, voxels, *columns, strict=True)
+            if agent in there
         }
 
 

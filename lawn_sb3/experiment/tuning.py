@@ -125,7 +125,9 @@ def ranked_settings(search: Search, file: Path) -> pd.DataFrame:
     """
     rows = []
     for key, space in search.space.items():
-        for rank, (text, seeds, reward) in enumerate(_ranked(_trainings_of(search, read_trainings(file), key)), start=1):
+        for rank, (text, seeds, reward) in enumerate(
+            _ranked(_trainings_of(search, read_trainings(file), key)), start=1
+        ):
             settings = json.loads(text)
             at_edge = [name for name, values in space.items() if _is_at_edge(settings[name], values)]
             rows.append((key, rank, seeds, reward, at_edge, settings))

@@ -14,19 +14,20 @@ from lawn_sb3.game.state import COL, NAV, RATE, TERM, Bools, Ints, Outcome, Rule
 
 
 @njit
-def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> None:
+def step_games(rules: Rules, state: State, outcome: Outcome, actions: Ints, crowd: Ints) -> None:
     """Advance all games by one slot; UAVs that are done stop flying.
 
     :param rules: the game's constants
     :param state: the state; written
     :param outcome: the outcome; written
     :param actions: indices into the action table [G, N]; those of UAVs that are not flying are ignored
+    :param crowd: room to count the UAVs in each voxel [W, L, H]; zeros, before and after
     """
     _remember_loads(state)
     _move_uavs(rules, state, outcome, actions)
     count_loads(rules, state)
     _rate_uavs(rules, state, outcome)
-    _mark_collisions(rules, state, outcome)
+    _mark_collisions(rules, state, outcome, crowd)
     _judge_uavs(rules, state, outcome)
     flying, arrived, timed_out = state.flying, outcome.arrived, outcome.timed_out
     for g in range(flying.shape[0]):
@@ -80,21 +81,23 @@ def _move_uavs(rules: Rules, state: State, outcome: Outcome, actions: Ints) -> N
 
 
 @njit
-def _mark_collisions(rules: Rules, state: State, outcome: Outcome) -> None:
+def _mark_collisions(rules: Rules, state: State, outcome: Outcome, crowd: Ints) -> None:
     """Find the UAVs that violate Eq. (4), eq:collision, once all have moved.
 
     q_i(t) != q_j(t) for all i != j
     """
     position, flying, collided = state.position, state.flying, outcome.collided
-    collided[:] = False
-    num_games, num_uavs = flying.shape
-    for g in range(num_games):
-        for i in range(num_uavs):
-            for j in range(i):
-                both = (flying[g, i] and flying[g, j]) or (rules.arrived_stays and (flying[g, i] or flying[g, j]))
-                if both and voxel_of(position, g, i) == voxel_of(position, g, j):
-                    collided[g, i] = collided[g, i] or flying[g, i]
-                    collided[g, j] = collided[g, j] or flying[g, j]
+    for g in range(flying.shape[0]):
+        for i in range(flying.shape[1]):
+            if flying[g, i] or rules.arrived_stays:
+                x, y, z = voxel_of(position, g, i)
+                crowd[x, y, z] += 1
+        for i in range(flying.shape[1]):
+            x, y, z = voxel_of(position, g, i)
+            collided[g, i] = flying[g, i] and crowd[x, y, z] > 1
+        for i in range(flying.shape[1]):
+            x, y, z = voxel_of(position, g, i)
+            crowd[x, y, z] = 0
 
 
 @njit

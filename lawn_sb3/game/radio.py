@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.scenario import Scenario
@@ -11,12 +12,15 @@ from lawn_sb3.scenario import Scenario
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+NEAREST = 5
+"""GBSs that are looked at for each voxel where there are more."""
+
 
 def link_distances_m(position_m: Floats, gbs_positions_m: Floats) -> Floats:
     """Distances ||q_i - g_b|| from a position to every GBS.
 
     :param position_m: positions in metres [..., 3]
-    :param gbs_positions_m: GBS positions in metres [M, 3]
+    :param gbs_positions_m: GBS positions in metres [M, 3], or for each position [..., M, 3]
     :return: distances in metres [..., M]
     """
     return np.asarray(np.linalg.norm(position_m[..., None, :] - gbs_positions_m, axis=-1))
@@ -100,12 +104,33 @@ def radio_map(scenario: Scenario) -> RadioMap:
     >>> link.cell[2, 7, 0], round(float(link.rb_rate_mbps[2, 7, 0]), 3)  # 5 m above GBS 1: SNR 97.47 dB
     (np.int64(1), 5.828)
     """
-    voxels = np.moveaxis(np.indices(scenario.grid), 0, -1)
-    distances_m = link_distances_m(scenario.voxel_centre(voxels), scenario.gbs_positions)
-    cell = nearest_gbs(distances_m)
-    serving_m = np.take_along_axis(distances_m, cell[..., None], axis=-1)[..., 0]
+    voxels = np.moveaxis(np.indices(scenario.grid), 0, -1).reshape(-1, 3)
+    cell, serving_m = _serving_gbs(scenario.voxel_centre(voxels), scenario.gbs_positions)
     rate = rb_rate_mbps(serving_m, scenario.snr_at_1m, scenario.path_loss_exponent, scenario.rb_bandwidth_hz)
-    return RadioMap(cell, rate)
+    return RadioMap(cell.reshape(scenario.grid), rate.reshape(scenario.grid))
+
+
+def _serving_gbs(position_m: Floats, gbs_positions_m: Floats) -> tuple[Ints, Floats]:
+    """Index of the serving GBS and the distance to it in metres, for positions in metres [B, 3].
+
+    Of many GBSs only the nearest few are looked at, unless all of these are equally near.
+    """
+    near = np.arange(len(gbs_positions_m))
+    if len(near) > NEAREST:
+        apart_m, found = KDTree(gbs_positions_m).query(position_m, NEAREST)
+        crowded = apart_m[:, -1] - apart_m[:, 0] < 1e-5
+        cell, serving_m = _nearest_of(position_m, gbs_positions_m, np.sort(found, axis=-1))
+        cell[crowded], serving_m[crowded] = _nearest_of(position_m[crowded], gbs_positions_m, near)
+        return cell, serving_m
+    return _nearest_of(position_m, gbs_positions_m, near)
+
+
+def _nearest_of(position_m: Floats, gbs_positions_m: Floats, indices: Ints) -> tuple[Ints, Floats]:
+    """The same of given GBSs alone: ascending indices, for all positions [K] or for each [B, K]."""
+    distances_m = link_distances_m(position_m, gbs_positions_m[indices])
+    first = nearest_gbs(distances_m)[:, None]
+    indices = np.broadcast_to(indices, distances_m.shape)
+    return np.take_along_axis(indices, first, 1)[:, 0], np.take_along_axis(distances_m, first, 1)[:, 0]
 
 
 def cell_borders(scenario: Scenario) -> Floats:

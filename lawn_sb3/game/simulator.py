@@ -74,6 +74,7 @@ class Simulator:
         self.fewest_uavs = fewest_uavs
         self.rules = build_rules(scenario)
         self.outcome = empty_outcome(num_games, scenario.num_uavs)
+        self._crowd = np.zeros(scenario.grid, dtype=np.int64)
         self.reset(seed=seed)
 
     @property
@@ -118,7 +119,8 @@ class Simulator:
             raise UserError(f"actions must be whole numbers, not {actions.dtype}")
         if actions.min() < 0 or actions.max() >= self.num_actions:
             raise UserError(f"actions must be whole numbers from 0 to {self.num_actions - 1}")
-        step_games(self.rules, self.state, self.outcome, np.ascontiguousarray(actions, dtype=np.int64))
+        chosen = np.ascontiguousarray(actions, dtype=np.int64)
+        step_games(self.rules, self.state, self.outcome, chosen, self._crowd)
         return self.outcome
 
     def go_on(self) -> None:

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lawn_sb3.game.radio import (
@@ -41,6 +41,21 @@ def test_uav_is_served_by_the_nearest_gbs() -> None:
 
 def test_tie_between_gbss_goes_to_the_lower_index_despite_rounding() -> None:
     assert nearest_gbs(np.array([50.0, 20.0 + 1e-12, 20.0])) == 1
+
+
+RING = [(55.0 + 30.0 * math.cos(k), 55.0 + 30.0 * math.sin(k), 0.0) for k in np.linspace(0.0, 2 * math.pi, 12, False)]
+
+
+@given(
+    sites=st.lists(st.tuples(*(st.integers(0, 10).map(lambda n: 10.0 * n),) * 2, st.just(0.0)), min_size=6, unique=True)
+)
+@example(sites=RING)  # twelve GBSs equally near to the middle
+@settings(max_examples=25, deadline=None)
+def test_of_many_gbss_the_nearest_of_all_serves(sites: list[tuple[float, float, float]]) -> None:
+    scenario = PAPER.changed(width_voxels=11, length_voxels=11, gbs_positions_m=sites)
+    voxels = np.moveaxis(np.indices(scenario.grid), 0, -1)
+    distances_m = link_distances_m(scenario.voxel_centre(voxels), scenario.gbs_positions)
+    np.testing.assert_array_equal(radio_map(scenario).cell, nearest_gbs(distances_m))
 
 
 @given(num_rbs=st.integers(1, 300), load=st.integers(1, 300))
