@@ -117,7 +117,7 @@ def _serving_gbs(position_m: Floats, gbs_positions_m: Floats) -> tuple[Ints, Flo
     """
     near = np.arange(len(gbs_positions_m))
     if len(near) > NEAREST:
-        apart_m, found = KDTree(gbs_positions_m).query(position_m, NEAREST)
+        apart_m, found = map(np.asarray, KDTree(gbs_positions_m).query(position_m, NEAREST))
         crowded = apart_m[:, -1] - apart_m[:, 0] < 1e-5
         cell, serving_m = _nearest_of(position_m, gbs_positions_m, np.sort(found, axis=-1))
         cell[crowded], serving_m[crowded] = _nearest_of(position_m[crowded], gbs_positions_m, near)
