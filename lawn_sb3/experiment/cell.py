@@ -13,7 +13,10 @@ from lawn_sb3.scenario import Scenario
 RESULTS_SINCE = "0.1.0"
 """The last version of the kit that changed a byte of what every run leaves; raised with such a change and only then."""
 LEARNERS_SINCE = {"mappo": "0.2.0", "iql": "0.2.0", "qmix": "0.2.0"}
-"""The same of the runs of an algorithm, where only those have changed since."""
+"""The same of the runs of an algorithm, where only those have changed since.
+
+0.2.0 leaves missions that end before the first deadline out of SB3's own ``rollout/`` columns of ``progress.csv``. No
+report reads these, so runs made before count as finished too; a checkpoint made before is not gone on from."""
 NOT_IN_RESULTS = ("label", "paper_row", "baseline")
 """Fields of a method that change nothing in what its runs leave."""
 
@@ -48,11 +51,22 @@ class Cell:
 
     def configuration(self) -> dict[str, Any]:
         """All that the run depends on, ready for YAML."""
-        return {"key": self.key, **self._parts(exclude_defaults=False)}
+        return {"key": self.key, **self._parts(exclude_defaults=False), "version": self._version}
 
     def fingerprint(self) -> str:
         """Hash of what the result depends on: labels do not count, nor do fields that keep their default value."""
-        parts = self._parts(exclude_defaults=True)
+        return self._fingerprint(self._version)
+
+    def fingerprints(self) -> set[str]:
+        """Those of finished runs that count: of this version, and of earlier ones that no report tells apart."""
+        return {self.fingerprint(), self._fingerprint(RESULTS_SINCE)}
+
+    @property
+    def _version(self) -> str:
+        return LEARNERS_SINCE.get(self.method.algo or "", RESULTS_SINCE)
+
+    def _fingerprint(self, version: str) -> str:
+        parts = {**self._parts(exclude_defaults=True), "version": version}
         for name in NOT_IN_RESULTS:
             parts["method"].pop(name, None)
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
@@ -64,7 +78,6 @@ class Cell:
             "policy_file": None if policy is None else policy_digest(policy),  # an edited policy is another one
             "seed": self.seed,
             **{name: one.model_dump(mode="json", exclude_defaults=exclude_defaults) for name, one in models.items()},
-            "version": LEARNERS_SINCE.get(self.method.algo or "", RESULTS_SINCE),
         }
 
 

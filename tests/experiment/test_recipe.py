@@ -183,6 +183,13 @@ def test_the_fingerprint_depends_on_settings_and_seed_but_not_on_labels(small_ce
     assert crowded.fingerprint() != small_cell.fingerprint()
 
 
+def test_a_run_of_an_earlier_version_counts_only_where_it_left_something_that_no_report_reads(small_cell: Cell) -> None:
+    assert small_cell.fingerprint() in small_cell.fingerprints()
+    assert len(small_cell.fingerprints()) == 2  # MAPPO leaves other rollout/ columns since
+    random = replace(small_cell, method=Method(label="Random", player="random"))
+    assert random.fingerprints() == {random.fingerprint()}
+
+
 def test_the_sensitivity_recipe_has_the_papers_methods_with_a_smaller_budget() -> None:
     paper, other = (load_recipe(REPOSITORY / "runs" / f"{name}.yaml") for name in ("paper", "sensitivity"))
     for key, method in other.methods.items():

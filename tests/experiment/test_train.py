@@ -131,7 +131,9 @@ def test_an_edited_policy_is_another_configuration(
     assert "policies.edited" not in sys.modules  # nothing is imported to tell
 
 
-@pytest.mark.parametrize("method", ["paper/iql", "paper/qmix", "paper/random", "ladder/clock", "ladder/taught"])
+@pytest.mark.parametrize(
+    "method", ["paper/iql", "paper/random", "ablation/iql", "ablation/mappo", "ladder/clock", "ladder/taught"]
+)
 def test_a_kept_run_of_an_earlier_version_counts_for_as_long_as_no_result_has_changed(method: str) -> None:
     recipe, key = method.split("/")
     kept = cells(load_recipe(REPOSITORY / "runs" / f"{recipe}.yaml"), REPOSITORY / "runs" / "reference" / recipe)

@@ -56,7 +56,7 @@ def is_finished(cell: Cell) -> bool:
     :return: true if there is nothing left to do
     """
     try:
-        if (cell.directory / FINISHED_FILE).read_text(encoding="utf-8").strip() != cell.fingerprint():
+        if (cell.directory / FINISHED_FILE).read_text(encoding="utf-8").strip() not in cell.fingerprints():
             return False
         kept = yaml.safe_load((cell.directory / CONFIG_FILE).read_text(encoding="utf-8"))
         return all(_agree(kept[part], cell.configuration()[part]) for part in ("method", "scenario", "evaluation"))
