@@ -16,6 +16,7 @@ from lawn_sb3.results.statistics import (
     Interval,
     interquartile_mean,
     mean_interval,
+    mean_t,
     paired_difference,
     paired_p,
     paired_t,
@@ -263,6 +264,13 @@ def test_welch_intervals_hold_the_true_difference_as_often_as_they_say() -> None
     held = [welch_difference(first, second) for first, second in pairs]
     # 950 of 1,000 expected, standard deviation 7.
     assert 0.925 < np.mean([found.low <= 0.0 <= found.high for found in held]) < 0.985
+
+
+def test_t_interval_of_a_mean_by_hand() -> None:
+    # Standard error 1 with 1 degree of freedom: 12.706 to both sides.
+    assert mean_t([1.0, 3.0]) == pytest.approx((2.0, -10.706, 14.706), abs=1e-3)
+    assert mean_t([2.5, 2.5]) == (2.5, 2.5, 2.5)
+    assert not mean_t([2.0]).is_known
 
 
 def test_paired_t_interval_by_hand() -> None:

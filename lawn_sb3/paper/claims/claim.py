@@ -68,7 +68,7 @@ class Claim(BaseModel):
     :param rule: judges it
     :param headline: whether it is one of those that carry the paper
     :param owed_to: why it holds, where no run could have shown otherwise: then the verdict is this in place of
-        ``reproduced``. Fitted figures that do not all agree contradict it
+        ``reproduced``
     :param needs: the recipe in ``runs/`` whose methods it takes and in whose report it is judged, if not the paper's
     """
 
@@ -81,7 +81,7 @@ class Claim(BaseModel):
     measure: str
     rule: Rule
     headline: bool = False
-    owed_to: Literal["fitted", "by construction"] | None = None
+    owed_to: Literal["by construction"] | None = None
     needs: Literal["ablation", "ladder"] | None = None
 
 

@@ -20,10 +20,10 @@ class CannotTellError(Exception):
 
 @dataclass
 class Family:
-    """The differences that claims test, as one family.
+    """The differences that claims test, of two methods or of a figure to a level, as one family.
 
     :param level: the largest p-value that counts
-    :param p_values: what was tested so far, as figure, two parts, and the level that their difference is held to;
+    :param p_values: what was tested so far, as figure, one or two parts, and the level that these are held to;
         what several claims test counts once
     """
 

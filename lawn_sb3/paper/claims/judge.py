@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.paper.claims.claim import Claim, Finding, Judged, Verdict
+from lawn_sb3.paper.claims.claim import Claim, Finding, Judged
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import sentence
 
@@ -13,28 +13,19 @@ def judge(claim: Claim, evidence: Evidence) -> Finding:
     tested = dict(evidence.tests.p_values)
     try:
         finding = claim.rule(evidence)
-        return finding._replace(verdict=_verdict(claim, finding.verdict))
+        owed = claim.owed_to if finding.verdict == "reproduced" else None
+        return finding._replace(verdict=owed or finding.verdict)
     except (CannotTellError, UserError) as error:  # the latter from runs that do not fit together
         evidence.tests.p_values = tested  # a claim that is not judged raises no bar for the others
         elsewhere = f"; it is judged in the report of runs/{claim.needs}.yaml" if claim.needs is not None else ""
         return Finding("not testable", "", sentence(f"{error}{elsewhere}"))
 
 
-def _verdict(claim: Claim, found: Verdict) -> Verdict:
-    """The verdict of a rule, if the claim owes nothing to how the game was made."""
-    if claim.owed_to is None:
-        return found
-    if found == "reproduced":
-        return claim.owed_to
-    # Figures that agree are owed to the fit, so of some that do and some that do not only the latter say anything.
-    return "contradicted" if claim.owed_to == "fitted" and found == "partly" else found
-
-
 def judge_all(claims: Sequence[Claim], evidence: Evidence) -> list[Judged]:
     """Hold all claims to the evidence, in order.
 
-    A difference between two methods counts if it is significant among all that these claims test, by Holm's procedure:
-    a first pass collects the tests, a second one judges.
+    A difference, between two methods or of a figure to a level, counts if it is significant among all that these claims
+    test, by Holm's procedure: a first pass collects the tests, a second one judges.
     """
     for claim in claims:
         judge(claim, evidence)

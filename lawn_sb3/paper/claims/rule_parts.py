@@ -1,4 +1,4 @@
-"""What rules share: differences with intervals, the verdict on several conditions, and words for the reason."""
+"""What rules share: tests of differences and figures, the verdict on several conditions, and words for the reason."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -10,19 +10,27 @@ from lawn_sb3.paper.claims.claim import Condition, Verdict
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
 from lawn_sb3.results.quantities import QUANTITIES
-from lawn_sb3.results.statistics import Interval, mean_interval, welch_difference, welch_p
+from lawn_sb3.results.statistics import (
+    Interval,
+    mean_interval,
+    mean_t,
+    paired_p,
+    paired_t,
+    welch_difference,
+    welch_p,
+)
 
 TINY = 1e-9
 """Files keep nine digits: a smaller difference is none."""
 
 
 class Difference(NamedTuple):
-    """A difference of two methods that a claim needs to lie on one side of a level, which is 0 unless said."""
+    """A difference of two methods, or a figure of one, that a claim needs to lie on one side of a level."""
 
     interval: Interval
-    """Welch's 95 % interval."""
+    """The 95 % interval, Welch's of a difference, Student's of a figure."""
     apart: bool
-    """Whether it is significantly other than the level, among all differences that the claims test."""
+    """Whether it is significantly other than the level, among all that the claims test."""
     side: float
     """On which side of the level it lies: 1 above, -1 below, 0 if in every seed just there."""
 
@@ -74,13 +82,6 @@ def holds_if(truth: bool) -> Condition:
     return "holds" if truth else "fails"
 
 
-def at_least(interval: Interval, least: float) -> Condition:
-    """Whether a figure reaches a level: with its whole interval, with nothing of it, or open."""
-    if interval.low >= least:
-        return "holds"
-    return "fails" if interval.high < least else "open"
-
-
 def against_all(conditions: Sequence[Condition]) -> Condition:
     """Whether something holds against every rival: it fails with the first that it fails against."""
     if "fails" in conditions:
@@ -119,11 +120,6 @@ def in_words(quantity: str) -> tuple[str, str, int]:
     """What sentences call a quantity, the unit of its differences with a space in front, and their digits."""
     chosen = QUANTITIES[quantity]
     return chosen.words, chosen.difference_unit, chosen.fine_decimals
-
-
-def by_seed(evidence: Evidence, role: str, quantity: str) -> Interval:
-    """The mean of one of ``QUANTITIES``, with its interval over seeds."""
-    return evidence.results.mean(evidence.key(role), quantity)
 
 
 def seed_means(evidence: Evidence, quantity: str, role: str, other: str) -> tuple[NDArray[np.float64], ...]:
@@ -199,6 +195,21 @@ def seed_difference(
     tested = (figure, first, second, f"{level if role == first else -level:z.9g}")
     side = float(np.sign(welch_difference(beyond, others).value))
     return Difference(interval, evidence.tests.is_apart(tested, welch_p(beyond, others)), side)
+
+
+def held_to(evidence: Evidence, figure: str, role: str, own: NDArray[np.float64], level: float) -> Difference:
+    """A figure of one part beside a level, by Student's t test over seeds, counted as differences are.
+
+    :param evidence: keeps count
+    :param figure: what it is called among the tests
+    :param role: the part
+    :param own: the figure, by seed [S]
+    :param level: what it is held to
+    :raises CannotTellError: if there is a single seed
+    """
+    interval, there = known(mean_t(own)), np.full_like(own, level)
+    apart = evidence.tests.is_apart((figure, role, f"{level:z.9g}"), paired_p(own, there))
+    return Difference(interval, apart, float(np.sign(paired_t(own, there).value)))
 
 
 def higher(

@@ -19,16 +19,17 @@ CAPTION = (
     "Checkable claims of the paper, {count} of which these runs can test: how each is measured, what came out, and the "
     "verdict that follows by the rule stated. Verdicts are computed from the runs, or from what the paper prints. "
     "Where CTDE-MAPPO is judged with two critics, both have to pass. In brackets 95 % intervals over seeds: of "
-    "differences between two methods Welch's t intervals, of all else bootstrap intervals, which with five seeds hold "
-    "the true value in about five of six cases. {tests} {words} V(x), IPPO and the actor blind to the loads take the "
-    "settings that were searched for V(o, x). Claims on parts of the method are judged in the reports of "
+    "differences between two methods Welch's t intervals, of figures that are held to a number Student's, of all else "
+    "bootstrap intervals, on which no verdict rests. {tests} {words} V(x), IPPO and the actor blind to the loads take "
+    "the settings that were searched for V(o, x). Claims on parts of the method are judged in the reports of "
     "runs/ablation.yaml and runs/ladder.yaml."
 )
 """To be filled with the number of claims, of the tests, and the meaning of the verdicts."""
 ON_PARTS = (
     "Claims of the paper on parts of its method; all others are in the report of runs/paper.yaml. How each is "
-    "measured, what came out [95 % intervals over seeds: of differences between two methods Welch's t interval, of all "
-    "else a bootstrap interval], and the verdict that follows by the rule stated. {tests} {words} " + SEARCHED
+    "measured, what came out [95 % intervals over seeds: of differences between two methods Welch's t intervals, of "
+    "all else bootstrap intervals, on which no verdict rests], and the verdict that follows by the rule stated. "
+    "{tests} {words} " + SEARCHED
 )
 
 
@@ -96,13 +97,14 @@ def family_text(tests: Family) -> str:
     if not tests.p_values:
         return ""
     if len(tests.p_values) == 1:
-        return "The one difference between two methods that they need counts only if Welch's test finds it at 5 %."
+        return "The one difference that they need counts only if Welch's or Student's test finds it at 5 %."
     return (
-        "A difference between two methods counts only if Welch's test finds it at 5 % after Holm's correction over all "
+        "A difference, of two methods or of a figure from a number that it is held to, counts only if Welch's or "
+        "Student's test finds it at 5 % after Holm's correction over all "
         f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
-        "so an interval may leave 0 out and not count. A difference that has to lie beyond or within a bound is tested "
-        "against that bound instead of 0; where no seed differs from another there is nothing to test, and it counts "
-        "as it is."
+        "so an interval may leave 0 out, or lie within a margin, and not count. A difference that has to lie beyond or "
+        "within a bound is tested against that bound instead of 0; where no seed differs from another there is nothing "
+        "to test, and it counts as it is."
     )
 
 

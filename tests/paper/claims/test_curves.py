@@ -150,6 +150,9 @@ def test_who_is_higher_on_average_learns_faster() -> None:
         ([[10, 20, 60, 20], [10, 20, 70, 26]], "partly"),  # the same, but the peak is late
         ([[60, 99, 99, 98], [60, 99, 99, 98]], "contradicted"),  # lost 1
         ([[60, 40, 30, 20], [60, 60, 60, 60]], "not shown"),  # lost 40 and 0: not in every training
+        ([[60, 40, 30, 50], [60, 40, 30, 20]], "not shown"),  # 10 and 40, each more than 5: 25 +- 12.71 * 15
+        ([[60, 60, 60, 59], [60, 60, 60, 56]], "not shown"),  # 1 and 4, each less than 5: 2.5 +- 12.71 * 1.5
+        ([[90, 0, 60, 50], [0, 90, 60, 50]], "contradicted"),  # each peaks by chance: where the other does, lost -50
         ([[10, 20, 30, 40], [10, 20, 30, 40]], "contradicted"),  # never fell
     ],
 )
@@ -160,7 +163,7 @@ def test_a_decline_is_a_loss_of_all_seeds_from_an_early_peak(seeds: Curves, verd
 def test_a_decline_is_described_by_peak_end_and_loss() -> None:
     finding = iql_declines(evidence(curves=[trained("iql", [60, 40, 30, 20], [70, 50, 40, 26])]))
     assert finding.figure == (
-        "IQL: peak of the mean 65.0 % at 50,000 of 200,000 env steps, end 23.0 %, lost 42.0 [40.0, 44.0] points"
+        "IQL: peak of the mean 65.0 % at 50,000 of 200,000 env steps, end 23.0 %, lost 42.0 [16.6, 67.4] points"
     )
     with pytest.raises(CannotTellError, match="two seeds"):
         iql_declines(evidence(curves=[trained("iql", [60, 20])]))
@@ -203,6 +206,19 @@ def test_figures_rise_together_if_they_rank_evaluations_alike_early_and_late(
 def test_rewards_that_rank_missions_otherwise_do_not_approximate_utility() -> None:
     assert reward_approximates_utility(rising([10, 20, 30, 40, 90], [2.0, 3.0, 1.0])).verdict == "partly"
     assert reward_approximates_utility(rising([50, 40, 30, 20, 10], [3.0, 2.0, 1.0])).verdict == "contradicted"
+
+
+def test_correlations_of_seeds_that_spread_are_not_shown() -> None:
+    # 1 and 0.6 over missions, both above 0.5: 0.8 +- 12.71 * 0.2. The curves correlate by 1 and 1.
+    found = rising([10, 20, 30, 40, 90])
+    rewards, utilities = (
+        [1.0, 2.0, 3.0, 4.0],
+        [[1.0, 2.0, 3.0, 4.0], [1.0, 4.0, 2.0, 3.0]],
+    )  # 1 - 6 * 6 / (4 * 15) = 0.4
+    rows = [flown_by_seed(role, reward=[rewards] * 2, utility_mbps=utilities) for role in FORMS]
+    finding = reward_approximates_utility(evidence(*rows, curves=[found.results.curves]))
+    assert finding.verdict == "partly"
+    assert finding.why.startswith("Each has to reach 0.5, where one ranks much as the other does: 4 of 6 do, 2 cannot")
 
 
 @pytest.mark.parametrize("utility", [[10, 10, 10, 10, 10], [10, 20, 30, 30, 30], [10, 20, 30]])

@@ -146,6 +146,15 @@ def test_without_missions_in_different_cells_congestion_cannot_be_told(changes: 
         uneven_by_congestion(unevenness([20.0] * 4, **changes))
 
 
+def test_longer_flights_that_may_be_chance_are_not_shown() -> None:
+    # T/T_min of the loaded is 2 and 1.2 times as much, above 1 in both seeds: 1.6 +- 12.71 * 0.4.
+    columns: dict[str, Any] = {name: [values] * 2 for name, values in ALONE_AND_CROWDED.items()}
+    columns["slots"] = [[5, 5, 10, 10], [5, 5, 6, 6]]
+    flat = flown_by_seed("straight", utility_mbps=[[20.0] * 4] * 2)
+    finding = uneven_by_congestion(evidence(*(flown_by_seed(role, **columns) for role in FORMS), flat))
+    assert finding.why.endswith("not found: longer flights (MAPPO), longer flights (MAPPO-O).")
+
+
 def test_failed_missions_do_not_count_as_long_flights() -> None:
     # The only mission that took longer failed.
     changes: dict[str, Any] = {"slots": [5, 5, 5, 100], "arrived": [True, True, True, False]}
