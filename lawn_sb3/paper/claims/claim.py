@@ -33,7 +33,7 @@ MEANINGS: dict[Verdict, str] = {
     "contradicted": "the data show the contrary",
     "not shown": "these data cannot tell",
     "impossible as printed": "what the paper prints contradicts itself",
-    "fitted": "the figures agree, and the game's constants were chosen so that they do",
+    "fitted": "nothing speaks against the figures, by which the game's constants were chosen",
     "by construction": "it holds in every run of the game as it is defined",
     "not testable": "runs are missing",
 }
