@@ -90,7 +90,7 @@ def test_what_moved_between_the_verdicts() -> None:
     says(
         "docs/results.md",
         f"{before.count('reproduced')} reproduced, {before.count('partly')} partly, {before.count('not reproduced')} "
-        f"not reproduced, {before.count('impossible as printed')} impossible as printed. The runs are the same",
+        f"not reproduced, {before.count('impossible as printed')} impossible as printed. The rules are stricter",
         f"had {len(verdicts) - before.count('new')} claims",
     )
 

@@ -20,9 +20,8 @@ CAPTION = (
     "verdict that follows by the rule stated. Verdicts are computed from the runs, or from what the paper prints. "
     "Where CTDE-MAPPO is judged with two critics, both have to pass. In brackets 95 % intervals over seeds: of "
     "differences between two methods Welch's t intervals, of figures that are held to a number Student's, of all else "
-    "bootstrap intervals, on which no verdict rests. {tests} {words} V(x), IPPO and the actor blind to the loads take "
-    "the settings that were searched for V(o, x). Claims on parts of the method are judged in the reports of "
-    "runs/ablation.yaml and runs/ladder.yaml."
+    "bootstrap intervals, on which no verdict rests. {tests} {words} Claims on parts of the method are judged in the "
+    "reports of runs/ablation.yaml and runs/ladder.yaml."
 )
 """To be filled with the number of claims, of the tests, and the meaning of the verdicts."""
 ON_PARTS = (
