@@ -8,6 +8,10 @@ class UserError(ValueError):
     """Bad input. The command line prints its one line and ends with status 2."""
 
 
+class FailedRunsError(RuntimeError):
+    """Some runs of a recipe failed; the others are finished and kept."""
+
+
 def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = None) -> UserError:
     """Refuse a name that is not in a list.
 

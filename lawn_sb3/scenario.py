@@ -19,6 +19,7 @@ from lawn_sb3.config import parse_overrides, read_yaml_mapping, validated
 from lawn_sb3.errors import unknown_name
 
 MOST_RBS = 1_000_000
+MOST_SLOTS = 1_000_000
 MOST_VOXELS = 10_000_000
 """Tables of the airspace hold two numbers per voxel."""
 
@@ -63,7 +64,7 @@ class Scenario(BaseModel):
         30.0, "h_max", "m", "inferred", "Table I's 30 read as metres: H = 3 voxels", gt=0, le=1e6
     )
     max_voxel_steps: int = constant(3, "v_max", "voxels/slot", "stated", "most voxel steps a slot (L1)", ge=1, le=30)
-    max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1, le=1_000_000)
+    max_slots: int = constant(100, "T_max", "slots", "stated", "deadline of a mission", ge=1, le=MOST_SLOTS)
 
     # Base stations and radio link (Section II-A)
     gbs_grid: tuple[int, int] = constant((2, 2), "M", "GBSs", "stated", "columns and rows of the regular GBS grid")

@@ -11,7 +11,7 @@ from typing import Any
 import pandas as pd
 
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe
-from lawn_sb3.experiment.run_directory.files import evaluation_columns
+from lawn_sb3.experiment.run_directory.columns import evaluation_columns
 from lawn_sb3.paper.claims import Evidence
 from lawn_sb3.paper.roles import ROLES
 from lawn_sb3.results.results import Results

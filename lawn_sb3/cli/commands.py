@@ -1,16 +1,20 @@
-"""The commands together, and what each kind of failure ends in."""
+"""The commands together, and what each kind of failure ends in.
+
+Their modules import what reads and checks what the user wrote. What does the work is imported inside a command, once it
+is known that there is some: torch and the other libraries take seconds, and a misspelt name should not.
+"""
 
 import io
 import sys
-from typing import Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
+from lawn_sb3 import __version__
 from lawn_sb3.cli import models, plans, recipes, tools, train
 from lawn_sb3.cli.console import fail
-from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.reproduce import FailedRunsError
+from lawn_sb3.errors import FailedRunsError, UserError
 
 
 class Commands(TyperGroup):
@@ -34,6 +38,22 @@ app = typer.Typer(
 )
 for group in (train.app, models.app, plans.app, recipes.app, tools.app):
     app.registered_commands += group.registered_commands
+
+
+def show_version(asked: bool) -> None:
+    """End after the version where that is asked for."""
+    if asked:
+        print(f"lawn-sb3 {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=show_version, is_eager=True, help="print the version and end")
+    ] = False,
+) -> None:
+    """What no command has to be named for."""
 
 
 def run() -> None:

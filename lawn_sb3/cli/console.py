@@ -7,18 +7,21 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
-import pandas as pd
 import typer
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
 from lawn_sb3.scenario import PRESETS
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from lawn_sb3.experiment.plan_episodes import Advance
 
 messages = Console(stderr=True)
 
@@ -49,7 +52,7 @@ def wide_console() -> Console:
     return Console(width=None if sys.stdout.isatty() else 190)
 
 
-def print_table(shown: pd.DataFrame, title: str) -> None:
+def print_table(shown: "pd.DataFrame", title: str) -> None:
     """Print a table of texts.
 
     :param shown: cells and headings
@@ -110,7 +113,7 @@ def fail(message: str, status: int) -> NoReturn:
 
 
 @contextmanager
-def progress(unit: str) -> Iterator[Advance]:
+def progress(unit: str) -> "Iterator[Advance]":
     """Show a bar for each thing that is done; where no bar can be drawn, a line now and then.
 
     :param unit: what is counted, such as ``games``

@@ -8,14 +8,9 @@ import typer
 from lawn_sb3.cli.console import AsJson, Changes, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.evaluation import flies_alone, fly
-from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets
-from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.registry import PLAYERS, find_player
-from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
-from lawn_sb3.experiment.run_directory.csv_file import write_rows
+from lawn_sb3.experiment.registry import PLAYERS, check_player, find_player
+from lawn_sb3.experiment.run_directory.configuration import load_finished_run
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
-from lawn_sb3.experiment.verification import verify_run
 from lawn_sb3.scenario import Scenario, load_scenario
 
 app = typer.Typer()
@@ -43,21 +38,31 @@ def evaluate_command(
     """Let a player fly some joint episodes and print the means: rates in Mbps, times in slots."""
     if (run is None) == (player is None):
         raise UserError("name either --run DIR or --player NAME")
-    if run is not None:
-        cell = load_run(run)
+    cell = None if run is None else load_finished_run(run)
+    if cell is not None:
         own = cell.scenario if scenario is None else load_scenario(scenario)
         game = own.changed(**parse_overrides(changes)) if changes else own
         if (game.num_gbs, game.max_voxel_steps) != (cell.scenario.num_gbs, cell.scenario.max_voxel_steps):
             raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
-        if not is_finished(cell):
-            raise UserError(f"{str(run)!r} is not finished, or its policy file has changed since")
-        chosen, name, player_seed = load_player(cell, deterministic=not sample), cell.key, cell.seed
+        name, player, player_seed = cell.key, cell.method.player, cell.seed
     else:
         assert player is not None
         game = load_scenario(scenario or "paper", changes)
-        chosen, name, player_seed = find_player(player), player, 0
-    if regret and flies_alone(chosen):
+        check_player(player)
+        name, player_seed = player, 0
+    if regret and player is not None and PLAYERS[player].flies_alone:
         raise UserError(f"--regret: the UAVs of {name!r} never meet, so none has others to respond to")
+
+    from lawn_sb3.experiment.evaluation import fly
+    from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets
+    from lawn_sb3.experiment.run_directory.csv_file import write_rows
+
+    if cell is None:
+        chosen = find_player(name)
+    else:
+        from lawn_sb3.experiment.players import load_player
+
+        chosen = load_player(cell, deterministic=not sample)
     flights = fly(chosen, game, episodes, seed, player_seed, traced=episodes if regret else 0)
     if rows_file is not None:
         write_rows(rows_file, flights.rows)
@@ -81,6 +86,10 @@ def verify(
 
     Where the kept weights are rounded to half precision, one row in a hundred may differ.
     """
+    load_finished_run(run)
+
+    from lawn_sb3.experiment.verification import verify_run
+
     found = verify_run(run)
     print_figures(found._asdict(), as_json, f"{run}, flown again")
     if not found.passed:

@@ -1,9 +1,8 @@
 """Commands about planners: plan, ceiling."""
 
-import inspect
 import json
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -11,17 +10,12 @@ from rich.table import Table
 
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, print_figures, progress, say
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.ceilings import ceilings, earned
-from lawn_sb3.experiment.measures import standard_errors
-from lawn_sb3.experiment.plan_episodes import make_planner, plan_episodes
-from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, find_player
+from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, check_planner, check_player, find_player, make_planner
 from lawn_sb3.experiment.run_directory.configuration import load_run
-from lawn_sb3.experiment.run_directory.csv_file import write_rows
-from lawn_sb3.game.player import Player
-from lawn_sb3.planning.ceiling import tiny_games
-from lawn_sb3.planning.flight import ANY_SLACK
-from lawn_sb3.scenario import load_scenario
+from lawn_sb3.scenario import MOST_SLOTS, load_scenario
+
+if TYPE_CHECKING:
+    from lawn_sb3.game.player import Player
 
 app = typer.Typer()
 
@@ -37,7 +31,7 @@ def plan(
         int | None,
         typer.Option(
             min=0,
-            max=ANY_SLACK,
+            max=MOST_SLOTS,
             help="slots beyond T_min a flight may take; default: forecast and mean-field 0, others 5",
         ),
     ] = None,
@@ -65,7 +59,13 @@ def plan(
             raise UserError(f"{str(path)!r} cannot be written: there is no folder {str(path.parent)!r}")
     settings: dict[str, Any] = {"slack": slack, "starts": starts}
     given = {key: value for key, value in settings.items() if value is not None}
-    if player in PLANNERS and "on_round" in inspect.signature(PLANNERS[player]).parameters:
+    check_planner(player, given)
+
+    from lawn_sb3.experiment.measures import standard_errors
+    from lawn_sb3.experiment.plan_episodes import plan_episodes
+    from lawn_sb3.experiment.run_directory.csv_file import write_rows
+
+    if "on_round" in PLANNERS[player].settings:
         given["on_round"] = lambda done, rounds: say(f"fitting: round {done} of {rounds}")
     with progress("games") as advance:
         figures, flights = plan_episodes(player, game, episodes, seed, advance, regret, **given)
@@ -94,13 +94,22 @@ def show_ceiling(
     never later than T_min, and what the best that was found has. Planners fly without slack here if they can.
     """
     game = load_scenario(scenario, changes)
-    chosen: dict[str, tuple[Player, int]] = {name: (_without_slack(name), 0) for name in players}
-    for run in runs:
-        cell = load_run(run)
+    for name in players:
+        check_player(name)
+    trained = {run: load_run(run) for run in runs}
+    for run, cell in trained.items():
         if cell.scenario != game:
             raise UserError(f"{str(run)!r} was trained on {cell.scenario.title!r}, not on {game.title!r}")
-        chosen[f"{cell.key} seed {cell.seed}"] = load_player(cell, deterministic=True), cell.seed
+
+    from lawn_sb3.experiment.ceilings import ceilings, earned
+    from lawn_sb3.planning.ceiling import tiny_games
+
     games = tiny_games(game)
+    chosen: dict[str, tuple[Player, int]] = {name: (_without_slack(name), 0) for name in players}
+    for cell in trained.values():
+        from lawn_sb3.experiment.players import load_player
+
+        chosen[f"{cell.key} seed {cell.seed}"] = load_player(cell, deterministic=True), cell.seed
     say(f"{len(games.origin):,} missions, {len(games.mission):,} joint flights in time")
     proven = ceilings(games, lambda name: say(f"ceiling of who knows {name}"))
     flown = {name: earned(player, game, games, seed) for name, (player, seed) in chosen.items()}
@@ -120,7 +129,5 @@ def show_ceiling(
     Console().print(table)
 
 
-def _without_slack(name: str) -> Player:
-    if name not in PLANNERS or "slack" not in inspect.signature(PLANNERS[name]).parameters:
-        return find_player(name)
-    return make_planner(name, slack=0)
+def _without_slack(name: str) -> "Player":
+    return make_planner(name, slack=0) if "slack" in PLAYERS[name].settings else find_player(name)

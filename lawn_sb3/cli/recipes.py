@@ -3,7 +3,7 @@
 import shutil
 from contextlib import suppress
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.table import Table
@@ -18,24 +18,18 @@ from lawn_sb3.cli.console import (
     say,
     wide_console,
 )
-from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.ablation import with_policy
-from lawn_sb3.experiment.after_training import add_regrets, add_scaling
+from lawn_sb3.errors import FailedRunsError, UserError
 from lawn_sb3.experiment.cell import Cell, cells
-from lawn_sb3.experiment.recipe import Recipe, load_recipe
-from lawn_sb3.experiment.reference import ABLATION_FILES, export_runs
-from lawn_sb3.experiment.reproduce import FailedRunsError, run_cells
-from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.run_directory.files import RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.policy_places import locate
+from lawn_sb3.experiment.recipe import Recipe, check_policies, load_recipe, read_recipe
+from lawn_sb3.experiment.reproduce import run_cells
+from lawn_sb3.experiment.run_directory.configuration import check_finished, is_finished
+from lawn_sb3.experiment.run_directory.files import ABLATION_FILES, RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.search import load_search
 from lawn_sb3.experiment.shipped import shipped_recipe
-from lawn_sb3.experiment.train import try_method
-from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings, run_search
-from lawn_sb3.paper.checks import export_checks
-from lawn_sb3.paper.making import fly_checks
-from lawn_sb3.report.against_reference import against_reference
-from lawn_sb3.report.contents import build_report
-from lawn_sb3.report.document import Report, write_report
-from lawn_sb3.results.results import read_results
+
+if TYPE_CHECKING:
+    from lawn_sb3.report.document import Report
 
 app = typer.Typer()
 
@@ -53,6 +47,11 @@ def reproduce(
     runs = recipe_path.parent / recipe.name
     todo = cells(recipe, runs)
     _try_methods(todo)
+
+    from lawn_sb3.experiment.after_training import add_regrets, add_scaling
+    from lawn_sb3.paper.making import fly_checks
+    from lawn_sb3.report.contents import build_report
+
     with interruptible():
         try:
             run_cells(todo, jobs, messages)
@@ -73,6 +72,8 @@ def reproduce(
 
 def _try_methods(todo: list[Cell]) -> None:
     """Refuse broken policies and settings before anything runs."""
+    from lawn_sb3.experiment.train import try_method
+
     for cell in {(cell.variant, cell.key): cell for cell in todo}.values():
         if cell.method.algo is not None:
             try_method(cell)
@@ -91,7 +92,14 @@ def ablate(
     is trained too.
     """
     source = shipped_recipe(recipe_path)
-    recipe, key = with_policy(load_recipe(source), policy)
+    recipe = read_recipe(source)
+    locate(policy)
+    check_policies(recipe, source)
+
+    from lawn_sb3.experiment.ablation import with_policy
+    from lawn_sb3.report.contents import build_report
+
+    recipe, key = with_policy(recipe, policy)
     runs, reference = recipe_path.parent / recipe.name, _reference(source, recipe)
     todo = cells(recipe, runs)
     unfinished = {cell.key for cell in todo if cell.key != key and not is_finished(cell)}
@@ -122,7 +130,8 @@ def report_command(
     out: Annotated[Path | None, typer.Option(help="folder to write; default: report/ beside the runs")] = None,
 ) -> None:
     """Rebuild tables, figures and verdicts from what the runs of a recipe left; nothing is trained."""
-    recipe = load_recipe(shipped_recipe(recipe_path))
+    source = shipped_recipe(recipe_path)
+    recipe = read_recipe(source)
     chosen = runs or recipe_path.parent / recipe.name
     reference = _reference(recipe_path, recipe)
     if not chosen.is_dir():
@@ -130,6 +139,10 @@ def report_command(
             f"; the reference results are in {str(reference)!r}: add --runs {reference}" if reference.is_dir() else ""
         )
         raise UserError(f"no runs in {str(chosen)!r}: run lawn-sb3 reproduce {recipe_path} first{hint}")
+    check_policies(recipe, source)
+
+    from lawn_sb3.report.contents import build_report
+
     command = f"lawn-sb3 report {recipe_path.as_posix()}" + (f" --runs {runs.as_posix()}" if runs else "")
     _publish(build_report(recipe, cells(recipe, chosen), command), out or chosen / "report")
 
@@ -143,19 +156,28 @@ def export(
 
     Of a recipe with changed games the report alone is kept, of ablations all that their report reads.
     """
-    recipe = load_recipe(shipped_recipe(recipe_path))
+    source = shipped_recipe(recipe_path)
+    recipe = read_recipe(source)
     runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
     if folder.resolve() == runs.resolve():
         raise UserError(f"--to {str(folder)!r} is where the runs are")
     if folder.exists() and not (folder / "report" / "report.json").exists() and any(folder.iterdir()):
         raise UserError(f"--to {str(folder)!r} holds something else than an earlier export: name a new folder")
+    finished = cells(recipe, runs)
+    if not recipe.variants:
+        check_finished(finished)
+    check_policies(recipe, source)
+
+    from lawn_sb3.experiment.reference import export_runs
+    from lawn_sb3.paper.checks import export_checks
+    from lawn_sb3.report.contents import build_report
+
     if recipe.variants:  # too many runs to keep
         command = f"lawn-sb3 reproduce {recipe_path.as_posix()}"
-        _publish(build_report(recipe, cells(recipe, runs), command), runs / "report")
+        _publish(build_report(recipe, finished, command), runs / "report")
         shutil.copytree(runs / "report", folder / "report", dirs_exist_ok=True)
         return
     files = ABLATION_FILES if recipe.is_ablation else (*RESULT_FILES, WEIGHTS_FILE)
-    finished = cells(recipe, runs)
     written = export_runs(finished, runs, folder, files)  # refuses before anything is replaced
     written += export_checks(finished, folder)
     command = f"lawn-sb3 report {recipe_path.as_posix()} --runs {folder.as_posix()}"
@@ -167,8 +189,10 @@ def _reference(recipe_path: Path, recipe: Recipe) -> Path:
     return recipe_path.parent / "reference" / recipe.name
 
 
-def _publish(report: Report, folder: Path) -> None:
+def _publish(report: "Report", folder: Path) -> None:
     """Write a report and show its main table."""
+    from lawn_sb3.report.document import write_report
+
     write_report(report, folder)
     if report.main in report.tables:
         print_table(report.tables[report.main].shown, f"{report.title}: {report.main_title}")
@@ -184,6 +208,10 @@ def _compare(recipe: Recipe, runs: Path, reference: Path) -> None:
     if not reference.is_dir():
         say("no reference results to compare with")
         return
+
+    from lawn_sb3.report.against_reference import against_reference
+    from lawn_sb3.results.results import read_results
+
     table = against_reference(*(read_results(recipe, cells(recipe, folder), ()) for folder in (runs, reference)))
     if table.shown.empty:
         say(f"the reference results in {reference} are of other methods or settings: nothing to compare with")
@@ -201,6 +229,9 @@ def tune(
     """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
     search, methods = load_search(search_path)
     file = search_path.with_suffix(".csv")
+
+    from lawn_sb3.experiment.tuning import ranked_settings, read_trainings, run_search
+
     with interruptible():
         if not show:
             run_search(search, methods, file, jobs, messages)

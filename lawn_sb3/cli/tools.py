@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 from typing import Annotated
 
-import pandas as pd
 import typer
 from rich.console import Console
 from rich.progress import Progress
@@ -12,13 +11,8 @@ from rich.table import Table
 
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, progress, say
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.benchmark import benchmark
-from lawn_sb3.experiment.players import kept_player
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.shipped import shipped_recipe
-from lawn_sb3.paper.identification import as_markdown, identify
-from lawn_sb3.report.airspace import airspace_figure
-from lawn_sb3.report.style import save
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 from lawn_sb3.whole_files import write_json, write_text
 
@@ -35,6 +29,8 @@ for each; training gives nothing like its IQL row."""
 @app.command()
 def bench(as_json: AsJson = False) -> None:
     """Measure the speed of simulator, vector environment, planning and training, on one core."""
+    from lawn_sb3.experiment.benchmark import benchmark
+
     recipe = load_recipe(shipped_recipe(PAPER_RECIPE))
     method = next(method for method in recipe.methods.values() if method.algo == "mappo")
     with progress("parts") as advance:
@@ -60,6 +56,10 @@ def scenario_command(
     if picture is not None:
         if picture.suffix not in PICTURES:
             raise UserError(f"--picture {str(picture)!r}: a file that ends in {', '.join(PICTURES)}")
+
+        from lawn_sb3.report.airspace import airspace_figure
+        from lawn_sb3.report.style import save
+
         save(airspace_figure(chosen, seed), picture.parent, picture.stem, (picture.suffix,))
         say(f"picture: {picture}")
         return
@@ -94,6 +94,11 @@ def identify_command(
     as_json: AsJson = False,
 ) -> None:
     """Which games the paper's figures allow: every open constant and reading, alone and jointly. Takes half an hour."""
+    import pandas as pd
+
+    from lawn_sb3.experiment.players import kept_player
+    from lawn_sb3.paper.identification import as_markdown, identify
+
     kept = {row: kept_player(models / method) for row, method in ASKED.items()}
     players = {row: player for row, player in kept.items() if player is not None}
     if not players:

@@ -11,15 +11,12 @@ from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, mes
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, said, unknown_name
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.measures import standard_errors, summarize
-from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, load_recipe, parse_method
-from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES
+from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, parse_method, read_recipe
+from lawn_sb3.experiment.registry import ALGORITHMS
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, PROVENANCE_FILE
-from lawn_sb3.experiment.run_directory.reading import read_evaluation
 from lawn_sb3.experiment.shipped import shipped_recipe
-from lawn_sb3.experiment.train import run_cell, try_method
 from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()
@@ -77,6 +74,8 @@ def train(
     changed = _changed(cell.method, settings, env_steps=env_steps, num_games=num_games)
     cell = replace(cell, method=changed, seed=seed, directory=out)
     if _has_to_run(cell):
+        from lawn_sb3.experiment.train import try_method
+
         try_method(cell)
         _run(cell, progress)
         say(f"the run is in {out}; evaluate it: lawn-sb3 evaluate --run {out}")
@@ -87,6 +86,9 @@ def train(
 
 def _show_result(cell: Cell) -> None:
     """Print what a finished run came to."""
+    from lawn_sb3.experiment.measures import standard_errors, summarize
+    from lawn_sb3.experiment.run_directory.reading import read_evaluation
+
     record = json.loads((cell.directory / PROVENANCE_FILE).read_text(encoding="utf-8"))
     steps = record.get("trained_env_steps", cell.method.env_steps)
     if steps != cell.method.env_steps:
@@ -98,7 +100,7 @@ def _show_result(cell: Cell) -> None:
 
 def _cell_of_recipe(path: Path, name: str) -> Cell:
     """The cell of a recipe's method."""
-    recipe = load_recipe(shipped_recipe(path))
+    recipe = read_recipe(shipped_recipe(path))
     if name not in recipe.methods:
         raise unknown_name("method", name, recipe.methods)
     method = recipe.methods[name]
@@ -109,8 +111,9 @@ def _cell_of_recipe(path: Path, name: str) -> Cell:
 
 def _cell_of_algorithm(algo: str, policy: str | None, name: str) -> Cell:
     """The cell of an algorithm with the settings of ``runs/paper.yaml``, where that has a method like it."""
-    policy = policy or DEFAULT_POLICIES.get(algo)
-    same = [method for method in load_recipe(shipped_recipe(PAPER_RECIPE)).methods.values() if method.algo == algo]
+    if policy is None and algo in ALGORITHMS:
+        policy = ALGORITHMS[algo].default_policy
+    same = [method for method in read_recipe(shipped_recipe(PAPER_RECIPE)).methods.values() if method.algo == algo]
     exact = [method for method in same if method.policy == policy]
     like: dict[str, Any] = {}
     for known in (exact or same)[:1]:
@@ -145,6 +148,8 @@ def _has_to_run(cell: Cell) -> bool:
 
 def _run(cell: Cell, progress: bool) -> None:
     """Train and evaluate; a failure is told in one line."""
+    from lawn_sb3.experiment.train import run_cell
+
     with interruptible(), training_bar(cell, messages, hidden=not progress) as advance:
         try:
             run_cell(cell, advance)

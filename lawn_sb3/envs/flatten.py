@@ -14,11 +14,10 @@ from numpy.typing import NDArray
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper
 from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvObs, VecEnvStepReturn, tile_images
 
+from lawn_sb3.choices import Continuation, Credit, RewardTerm
 from lawn_sb3.envs.observation import Extra
-from lawn_sb3.envs.training_env import Credit, Timeout, TrainingEnv
+from lawn_sb3.envs.training_env import Timeout, TrainingEnv
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.simulator import Continuation
-from lawn_sb3.game.state import RewardTerm
 from lawn_sb3.scenario import Scenario
 
 MOST_PICTURES = 16

@@ -9,6 +9,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.envs.observation import Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture, draw_text
 from lawn_sb3.envs.training_env import Timeout, check_timeout
@@ -16,7 +17,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
-from lawn_sb3.game.state import REWARD_TERMS, Outcome
+from lawn_sb3.game.state import Outcome
 from lawn_sb3.scenario import PRESETS, Scenario
 
 Observations = dict[str, NDArray[np.float32]]

@@ -8,18 +8,16 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
+from lawn_sb3.choices import REWARD_TERMS, Continuation, Credit, RewardTerm
 from lawn_sb3.envs.observation import Extra, Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.externality import losses_to_others
-from lawn_sb3.game.simulator import Continuation, Simulator, Snapshot
-from lawn_sb3.game.state import REWARD_TERMS, Outcome, RewardTerm
+from lawn_sb3.game.simulator import Simulator, Snapshot
+from lawn_sb3.game.state import Outcome
 from lawn_sb3.scenario import Scenario
 
 Timeout = Literal["terminal", "truncated"]
-Credit = Literal["own", "difference", "team"]
-"""Whose reward a learner is given: the UAV's own; its own less what it takes from the utilities of the others in its
-cell; or the mean over the UAVs of its game."""
 
 
 def check_timeout(timeout: Timeout) -> Timeout:

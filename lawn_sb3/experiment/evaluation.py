@@ -8,7 +8,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.run_directory.files import evaluation_columns, paths_columns, slots_columns
+from lawn_sb3.experiment.run_directory.columns import evaluation_columns, paths_columns, slots_columns
 from lawn_sb3.game.airspace import Missions, draw_missions
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator

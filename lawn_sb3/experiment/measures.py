@@ -21,7 +21,7 @@ def summarize(rows: pd.DataFrame) -> dict[str, float]:
 
     :param rows: what :func:`lawn_sb3.experiment.evaluation.evaluate` returned
     :return: means over UAVs (reward J, rate, completion, success, utility, collisions) and over episodes (makespan,
-        welfare); ``run_directory.files.scaling_columns`` gives each name its unit
+        welfare); ``run_directory.columns.scaling_columns`` gives each name its unit
     """
     games = rows.groupby("episode")
     utilities = rows["utility_mbps"].to_numpy().reshape(games.ngroups, -1)

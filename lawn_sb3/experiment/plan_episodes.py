@@ -1,15 +1,12 @@
 """What a planner makes of some games: its evaluation, its share of the bound, its regret and its fairness."""
 
-import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.evaluation import Flights, evaluate, evaluation_games, flies_alone, fly
 from lawn_sb3.experiment.measures import regrets, summarize, summarize_regrets
-from lawn_sb3.experiment.registry import PLANNERS
+from lawn_sb3.experiment.registry import make_planner
 from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
-from lawn_sb3.game.player import Player
 from lawn_sb3.planning import BoundPlayer
 from lawn_sb3.planning.equilibrium import SearchPlayer
 from lawn_sb3.planning.plan import check_in_time
@@ -17,24 +14,6 @@ from lawn_sb3.scenario import Scenario
 
 Advance = Callable[[str, int], None]
 """Called after each game with what is being done, and the number of games that it is done for."""
-
-
-def make_planner(name: str, **settings: Any) -> Player:
-    """Build a planner with settings of its own.
-
-    :param name: its name, such as ``equilibrium``
-    :param settings: what to change: ``slack``, ``starts``; ``on_game`` is left out where a planner does not take it
-    :return: the player
-    :raises UserError: if there is none of that name, or it has no such setting
-    """
-    if name not in PLANNERS:
-        raise unknown_name("planner", name, PLANNERS)
-    known = inspect.signature(PLANNERS[name]).parameters
-    for key in settings:
-        if key not in known and key != "on_game":
-            taken = ", ".join(setting for setting in known if setting != "on_game")
-            raise UserError(f"planner {name!r} has no {key}: it takes {taken or 'none'}")
-    return PLANNERS[name](**{key: value for key, value in settings.items() if key in known})
 
 
 class Planned(NamedTuple):

@@ -6,15 +6,12 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
+from lawn_sb3.choices import Continuation, Credit, RewardTerm, check_fewest
 from lawn_sb3.config import read_yaml_mapping, validated
-from lawn_sb3.envs.observation import NOT_BY_N
-from lawn_sb3.envs.training_env import Credit
 from lawn_sb3.errors import UserError, unknown_name
-from lawn_sb3.experiment.find_policy import find_policy
-from lawn_sb3.experiment.registry import ALGORITHMS, DEFAULT_POLICIES, PLAYERS, find_algorithm, trait
-from lawn_sb3.experiment.settings import constructor_arguments
-from lawn_sb3.game.simulator import Continuation, check_fewest
-from lawn_sb3.game.state import RewardTerm
+from lawn_sb3.experiment.policy_places import locate
+from lawn_sb3.experiment.registry import ALGORITHMS, check_player, find_algorithm
+from lawn_sb3.experiment.settings import check_settings
 from lawn_sb3.scenario import FILE_ENDINGS, PRESETS, Scenario, load_scenario
 
 SHARED = "shared network"
@@ -70,9 +67,9 @@ class Method(BaseModel):
     def _defaults_of_the_algorithm(cls, values: Any) -> Any:
         if not isinstance(values, dict) or not isinstance(values.get("algo"), str) or values["algo"] not in ALGORITHMS:
             return values
-        algo, policy = values["algo"], values.get("policy")
-        own = {"continuation": trait(algo, "continuation")}
-        return {**own, **values, "policy": DEFAULT_POLICIES[algo] if policy is None else policy}
+        algo, policy = ALGORITHMS[values["algo"]], values.get("policy")
+        own = {"continuation": algo.continuation}
+        return {**own, **values, "policy": algo.default_policy if policy is None else policy}
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -81,8 +78,7 @@ class Method(BaseModel):
         if (self.player is None) == (self.algo is None):
             raise ValueError(f"{what} needs either a player or an algo")
         if self.player is not None:
-            if self.player not in PLAYERS:
-                raise unknown_name("player", self.player, PLAYERS)
+            check_player(self.player)
             more = sorted(self.model_dump(exclude={"label", "paper_row", "player"}, exclude_defaults=True))
             if more:
                 raise ValueError(f"{what} is a player without training: no {', '.join(more)}")
@@ -92,17 +88,17 @@ class Method(BaseModel):
             raise unknown_name("algorithm", self.algo, ALGORITHMS)
         if self.env_steps < 1:
             raise ValueError(f"{what} trains and needs env_steps of at least 1")
-        needed = trait(self.algo, "continuation")
+        needed = ALGORITHMS[self.algo].continuation
         if self.continuation != needed:
             raise ValueError(f"{what}: {self.algo} trains with continuation {needed}")
         if self.credit == "team" and self.algo != "mappo-episodes":
             raise ValueError(f"{what}: credit team needs mappo-episodes, where games are whole")
         if self.fewest_uavs is not None:
-            if not trait(self.algo, "takes_crowds", False):
+            if not ALGORITHMS[self.algo].takes_crowds:
                 raise ValueError(f"{what}: fewest_uavs needs mappo-episodes or imitate, where games are whole")
             if self.credit == "team":
                 raise ValueError(f"{what}: credit team needs the same number of UAVs in every game")
-        constructor_arguments(self.algo, self.settings)
+        check_settings(self.algo, self.settings)
         return self
 
 
@@ -179,14 +175,15 @@ class Recipe(BaseModel):
 
 
 def parse_method(values: dict[str, Any]) -> Method:
-    """Validate one method that comes from the command line.
+    """Validate one method that comes from the command line; its policy is found, not imported.
 
     :param values: its fields
     :return: the method
     :raises UserError: one line naming what is wrong and what is allowed
     """
     method = validated(Method, values, "method")
-    _check_policy_fits(method)
+    if method.policy is not None:
+        locate(method.policy)
     return method
 
 
@@ -197,6 +194,13 @@ def load_recipe(path: Path) -> Recipe:
     :return: the recipe
     :raises UserError: one line naming what is wrong, where, and what is allowed
     """
+    recipe = read_recipe(path)
+    check_policies(recipe, path)
+    return recipe
+
+
+def read_recipe(path: Path) -> Recipe:
+    """The first half of :func:`load_recipe`: all but :func:`check_policies`, so that torch is not loaded for it."""
     recipe = validated(Recipe, {"name": path.stem, **read_yaml_mapping(path, "recipe")}, str(path))
     recipe = recipe.model_copy(update={"scenario": _scenario_beside(path, recipe.scenario)})
     try:
@@ -216,14 +220,31 @@ def _scenario_beside(recipe: Path, name: str) -> str:
     return name if Path(name).exists() else str(beside)
 
 
-def _check_policy_fits(method: Method) -> None:
-    """Find a method's policy, and refuse it if its algorithm does not take it."""
-    if method.algo is not None and method.policy is not None:
-        find_algorithm(method.algo, find_policy(method.policy))
+def check_policies(recipe: Recipe, path: Path) -> None:
+    """Import the policies of a recipe, and refuse those that their algorithms do not take or that cannot be scaled out.
+
+    :param recipe: what :func:`read_recipe` gave
+    :param path: its file, for the error
+    :raises UserError: one line naming the first of them
+    """
+    from lawn_sb3.experiment.find_policy import find_policy  # here, as it brings torch
+
+    try:
+        for method in recipe.methods.values():
+            if method.algo is not None and method.policy is not None:
+                find_algorithm(method.algo, find_policy(method.policy))
+        for key in recipe.scaling.methods if recipe.scaling else ():
+            if not _fits_any_num_uavs(recipe.methods[key]):
+                raise UserError(
+                    f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of "
+                    "them"
+                )
+    except UserError as error:
+        raise UserError(f"{path}: {error}") from None
 
 
 def _check_recipe(recipe: Recipe) -> None:
-    """Refuse a recipe whose methods cannot be trained on its games or scaled out, or are not what their labels say."""
+    """Refuse a recipe whose methods cannot be trained on its games, or are not what their labels say."""
     games = [variant.game() for variant in recipe.split().values()]
     for key, method in recipe.methods.items():
         for game in games if method.fewest_uavs is not None else ():
@@ -231,18 +252,14 @@ def _check_recipe(recipe: Recipe) -> None:
                 check_fewest(method.fewest_uavs or 1, game, method.continuation)
             except UserError as error:
                 raise UserError(f"methods.{key}: {error}") from None
-        _check_policy_fits(method)
+        if method.policy is not None:
+            locate(method.policy)
         if honest_label(method.label, method.settings) != method.label:
             raise UserError(
                 f"methods.{key}: label = {method.label!r}: say {SHARED!r}, as IQL's learners have one there"
             )
     for num_uavs in recipe.scaling.num_uavs if recipe.scaling else ():
         recipe.game().changed(num_uavs=num_uavs)
-    for key in recipe.scaling.methods if recipe.scaling else ():
-        if not _fits_any_num_uavs(recipe.methods[key]):
-            raise UserError(
-                f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of them"
-            )
 
 
 def honest_label(label: str, settings: Mapping[str, Any]) -> str:
@@ -252,6 +269,9 @@ def honest_label(label: str, settings: Mapping[str, Any]) -> str:
 
 def _fits_any_num_uavs(method: Method) -> bool:
     """Whether no network of a method belongs to a single UAV, or knows it by its index."""
+    from lawn_sb3.envs.observation import NOT_BY_N
+    from lawn_sb3.experiment.find_policy import find_policy
+
     if method.algo is None or method.policy is None:
         return True
     return method.algo != "iql" and NOT_BY_N.issuperset(getattr(find_policy(method.policy), "sees", ()))

@@ -4,24 +4,11 @@ import shutil
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.run_directory.files import (
-    CONFIG_FILE,
-    EVALUATION_FILE,
-    FINISHED_FILE,
-    PROGRESS_FILE,
-    PROVENANCE_FILE,
-    RESULT_FILES,
-    SCALING_FILE,
-    WEIGHTS_FILE,
-)
+from lawn_sb3.experiment.run_directory.configuration import check_finished
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, RESULT_FILES, WEIGHTS_FILE
 from lawn_sb3.experiment.weights import load_networks, save_weights
-
-ABLATION_FILES = (EVALUATION_FILE, SCALING_FILE, PROGRESS_FILE, PROVENANCE_FILE)
-"""What is kept of an ablation's run: all that its report reads. There are too many methods to keep a model of each."""
 
 
 def export_runs(
@@ -36,9 +23,7 @@ def export_runs(
     :return: bytes written
     :raises UserError: naming the first run that is not finished
     """
-    for cell in cells:
-        if not is_finished(cell):
-            raise UserError(f"{str(cell.directory)!r}: not finished, or made with another configuration")
+    check_finished(cells)
     with_weights: set[str] = set()
     written = 0
     for cell in cells:

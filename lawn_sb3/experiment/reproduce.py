@@ -9,7 +9,6 @@ from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wai
 from contextlib import contextmanager
 from typing import Any
 
-import torch as th
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -21,15 +20,9 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from lawn_sb3.errors import said
+from lawn_sb3.errors import FailedRunsError, said
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.train import run_cell
-
-
-class FailedRunsError(RuntimeError):
-    """Some runs of a recipe failed; the others are finished and kept."""
-
 
 MOST_NAMED = 3
 """Failed runs that the last message names; each was named when it failed."""
@@ -77,10 +70,18 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
 def prepare_worker() -> None:
     """Make a worker process leave interrupts to its parent and use one torch thread."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt ends
+    _use_one_thread()
+
+
+def _use_one_thread() -> None:
+    import torch as th  # here, as the command line imports this module before it knows whether there is work
+
     th.set_num_threads(1)
 
 
 def _work(index: int, cell: Cell, events: queue.Queue[tuple[int, int]]) -> None:
+    from lawn_sb3.experiment.train import run_cell
+
     run_cell(cell, lambda env_steps: events.put((index, env_steps)))
 
 
@@ -171,7 +172,7 @@ def training_bar(cell: Cell, console: Console, hidden: bool = False) -> Iterator
     :param hidden: show nothing
     :return: a function to call with the env steps done so far
     """
-    th.set_num_threads(1)
+    _use_one_thread()
     with _bars(console, hidden) as bars:
         task = bars.add_task(cell.title, total=cell.method.env_steps)
         yield lambda env_steps: bars.update(task, completed=min(env_steps, cell.method.env_steps))

@@ -14,43 +14,22 @@ from typing import NamedTuple
 import optuna
 import pandas as pd
 from optuna.distributions import BaseDistribution, CategoricalDistribution
-from pydantic import BaseModel, ConfigDict, Field
 from rich.console import Console
 
-from lawn_sb3.config import read_yaml_mapping, validated
-from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import summarize
-from lawn_sb3.experiment.recipe import Evaluation, Method, load_recipe, parse_method
+from lawn_sb3.experiment.recipe import Evaluation, Method, parse_method
 from lawn_sb3.experiment.reproduce import prepare_worker
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
+from lawn_sb3.experiment.search import Search, Setting
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import load_scenario
 from lawn_sb3.whole_files import write_text
 
-Setting = str | int | float | bool
 COLUMNS = ("method", "settings", "seed", "env_steps", "reward", "cpu_seconds")
 """Of the file of trainings: ``settings`` as JSON, ``reward`` the mean greedy J of a UAV, ``cpu_seconds`` it took."""
 ROUND = 4
 """Settings that are proposed at a time, however many are trained side by side: the search does not depend on that."""
-
-
-class Search(BaseModel):
-    """What is searched: methods of a recipe, each with the values its settings may take."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
-
-    recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
-    trials: int = Field(12, ge=1, description="settings tried for each method with the first seed, at least")
-    cpu_minutes: float = Field(0.0, ge=0, description="CPU time given to them, for each method, at least")
-    finalists: int = Field(1, ge=1, description="how many of them, the best, are trained with all seeds")
-    env_steps: int = Field(50_000, ge=1, description="budget of a training")
-    seeds: tuple[int, ...] = Field((100,), min_length=1, description="seeds of trainings; none is reported")
-    episodes: int = Field(200, ge=1, description="joint episodes each training is scored on")
-    missions_seed: int = Field(30_000, ge=0, description="picks their missions, apart from the test's")
-    space: dict[str, dict[str, list[Setting]]] = Field(
-        min_length=1, description="method: setting: values in order; the first is the recipe's where that names none"
-    )
 
 
 class Training(NamedTuple):
@@ -59,29 +38,6 @@ class Training(NamedTuple):
     method: str
     settings: Mapping[str, Setting]
     seed: int
-
-
-def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
-    """Read a search and the methods that it is about.
-
-    :param path: a file such as ``runs/tuning.yaml``
-    :return: the search, and its methods as the recipe has them
-    :raises UserError: one line naming what is wrong
-    """
-    search = validated(Search, read_yaml_mapping(path, "search"), str(path))
-    recipe = load_recipe(path.parent / search.recipe)
-    if set(search.seeds) & set(recipe.seeds):
-        raise UserError(f"{path}: seeds {list(search.seeds)} are among those that {search.recipe} reports")
-    if search.missions_seed == recipe.evaluation.seed:
-        raise UserError(f"{path}: missions_seed = {search.missions_seed} is that of the test missions")
-    for key in search.space:
-        if key not in recipe.methods or recipe.methods[key].algo is None:
-            raise UserError(f"{path}: space: {key!r} is no method of {search.recipe} that trains")
-        for setting, choices in search.space[key].items():
-            for choice in choices:
-                values = recipe.methods[key].model_dump()
-                parse_method({**values, "settings": {**values["settings"], setting: choice}})
-    return search, {key: recipe.methods[key] for key in search.space}
 
 
 def run_search(search: Search, methods: Mapping[str, Method], file: Path, jobs: int, console: Console) -> None:

@@ -8,7 +8,7 @@ import pandas as pd
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
-from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
+from lawn_sb3.experiment.run_directory.configuration import load_finished_run
 from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE, MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.experiment.weights import are_rounded
@@ -43,9 +43,7 @@ def verify_run(directory: Path) -> Verification:
     :return: how many rows differ
     :raises UserError: if the run is not finished, or its model or rows are missing or damaged
     """
-    cell = load_run(directory)
-    if not is_finished(cell):
-        raise UserError(f"{str(directory)!r} is not finished, or its policy file has changed since")
+    cell = load_finished_run(directory)
     chosen, path = cell.evaluation, directory / EVALUATION_FILE
     player = load_player(cell, deterministic=chosen.deterministic)
     again = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)

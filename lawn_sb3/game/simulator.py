@@ -1,32 +1,19 @@
 """The simulator: G games of N UAVs, advanced together."""
 
 import copy
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lawn_sb3.choices import Continuation, check_fewest
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.airspace import Missions, check_missions, draw_missions, moves_in_time, moves_inside
 from lawn_sb3.game.kernel import renew_missions, start_games, step_games, thin_games
 from lawn_sb3.game.state import Outcome, State, build_rules, empty_outcome, empty_state
 from lawn_sb3.scenario import Scenario
 
-Continuation = Literal["mission", "episode"]
 Seed = int | np.random.SeedSequence | None
-
-
-def check_fewest(fewest_uavs: int, scenario: Scenario, continuation: Continuation) -> None:
-    """Refuse a smallest number of UAVs that the games cannot have.
-
-    :raises UserError: if it is not from 1 to N, the games never start anew, or UAVs that are done stay in the air
-    """
-    if not 1 <= fewest_uavs <= scenario.num_uavs:
-        raise UserError(f"fewest_uavs = {fewest_uavs}: from 1 to num_uavs = {scenario.num_uavs}")
-    if continuation != "episode":
-        raise UserError(f"fewest_uavs = {fewest_uavs} needs games that start anew: continuation episode")
-    if scenario.arrived_uav != "leaves":
-        raise UserError(f"fewest_uavs = {fewest_uavs} needs arrived_uav leaves: an absent UAV takes no resources")
 
 
 class Snapshot(NamedTuple):

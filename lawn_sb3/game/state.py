@@ -1,10 +1,11 @@
 """The data of the compiled game: a scenario's rules, the state of all games, and what a slot gave."""
 
-from typing import Literal, NamedTuple, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.game.airspace import Voxel, action_table
 from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.radio import radio_map, rate_unit_mbps
@@ -14,9 +15,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-RewardTerm = Literal["rate", "nav", "col", "term"]
-REWARD_TERMS: tuple[RewardTerm, ...] = get_args(RewardTerm)
-"""The terms of the reward; Eq. (14), eq:reward: r_i = r_i^rate + r_i^nav + r_i^col + r_i^term."""
 RATE, NAV, COL, TERM = range(len(REWARD_TERMS))
 """Where each term stands in ``Outcome.reward_terms``."""
 

@@ -14,8 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import linprog
-from scipy.sparse import csr_array, vstack
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
@@ -186,6 +184,9 @@ def _largest(games: TinyGames, choice: Ints, decision: Ints) -> tuple[float, Flo
     :param decision: the decision that each choice belongs to [C]
     :return: mean utility, and probabilities [C]
     """
+    from scipy.optimize import linprog  # here, as a game that is not tiny is refused before
+    from scipy.sparse import csr_array, vstack
+
     flights, count = len(choice), len(decision)
     joint = np.arange(flights)
     profit = np.concatenate([np.zeros(count), games.utility_mbps / len(games.origin)])

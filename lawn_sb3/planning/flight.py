@@ -19,13 +19,14 @@ from lawn_sb3.game.compiled import njit
 from lawn_sb3.game.payoff import corrected_rate, slot_weight, utility
 from lawn_sb3.game.radio import achievable_rate_mbps, rb_share
 from lawn_sb3.game.state import Rules, State, bias_horizon, voxel_of
+from lawn_sb3.scenario import MOST_SLOTS
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 DEFAULT_SLACK = 5
 """Slots beyond T_i^min that a flight may take."""
-ANY_SLACK = 1_000_000
+ANY_SLACK = MOST_SLOTS
 """A slack that leaves no flight out: the most slots that a scenario's deadline may have."""
 
 

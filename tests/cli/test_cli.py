@@ -127,14 +127,14 @@ def interrupted(*_: object, **__: object) -> None:
 @pytest.mark.parametrize(
     ("arguments", "work"),
     [
-        ("evaluate --player random", "models.fly"),
-        ("verify runs/reference/paper/random/seed-0", "models.verify_run"),
-        ("plan --player welfare", "plans.plan_episodes"),
-        ("ceiling", "plans.ceilings"),
-        ("identify", "tools.identify"),
-        ("bench", "tools.benchmark"),
-        ("report --runs runs/reference/paper", "recipes.build_report"),
-        ("reproduce", "recipes.run_cells"),
+        ("evaluate --player random", "experiment.evaluation.fly"),
+        ("verify runs/reference/paper/random/seed-0", "experiment.verification.verify_run"),
+        ("plan --player welfare", "experiment.plan_episodes.plan_episodes"),
+        ("ceiling", "experiment.ceilings.ceilings"),
+        ("identify", "paper.identification.identify"),
+        ("bench", "experiment.benchmark.benchmark"),
+        ("report --runs runs/reference/paper", "report.contents.build_report"),
+        ("reproduce", "cli.recipes.run_cells"),
     ],
 )
 def test_an_interrupt_of_any_command_ends_with_one_line_and_status_130(
@@ -142,7 +142,7 @@ def test_an_interrupt_of_any_command_ends_with_one_line_and_status_130(
 ) -> None:
     monkeypatch.chdir(REPOSITORY)
     monkeypatch.setattr("lawn_sb3.cli.recipes._try_methods", lambda todo: None)
-    monkeypatch.setattr(f"lawn_sb3.cli.{work}", interrupted)
+    monkeypatch.setattr(f"lawn_sb3.{work}", interrupted)
     said = lawn(*arguments.split(), status=130).err
     assert said.splitlines()[-1].startswith("lawn-sb3: interrupted")
     assert "Traceback" not in said

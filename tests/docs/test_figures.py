@@ -9,7 +9,8 @@ import pandas as pd
 import pytest
 
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings
+from lawn_sb3.experiment.search import load_search
+from lawn_sb3.experiment.tuning import ranked_settings, read_trainings
 from lawn_sb3.paper.claims import load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
 from lawn_sb3.results.pairing import EFFECTS

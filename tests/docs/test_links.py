@@ -7,7 +7,7 @@ import yaml
 from pydantic import BaseModel
 
 from lawn_sb3.experiment.recipe import Evaluation, Method, Recipe, Scaling
-from lawn_sb3.experiment.registry import DEFAULT_POLICIES, REPOSITORY
+from lawn_sb3.experiment.registry import ALGORITHMS, REPOSITORY
 from lawn_sb3.scenario import Scenario
 from tests.docs.pages import PAGES, blocks, prose
 
@@ -72,7 +72,7 @@ def test_the_defaults_of_a_recipe_are_those_that_the_page_names(model: type[Base
             assert named[key] in ("must be given", "the file's name")
         elif isinstance(field.default, str | int) and field.default not in (0, "") and key != "continuation":
             assert yaml.safe_load(named[key].strip("`")) == field.default
-    own = [f"`{policy}`" for policy in DEFAULT_POLICIES.values()]
+    own = [f"`{algorithm.default_policy}`" for algorithm in ALGORITHMS.values()]
     assert all(policy in named["policy"] for policy in own)
 
 

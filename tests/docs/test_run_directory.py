@@ -5,6 +5,13 @@ import re
 import pytest
 
 from lawn_sb3.experiment.run_directory import files
+from lawn_sb3.experiment.run_directory.columns import (
+    evaluation_columns,
+    paths_columns,
+    regret_columns,
+    scaling_columns,
+    slots_columns,
+)
 from lawn_sb3.experiment.run_directory.csv_file import Columns
 from lawn_sb3.paper.checks.checks import CHECKS, Check
 from lawn_sb3.scenario import PRESETS
@@ -26,11 +33,11 @@ def test_every_file_is_there() -> None:
 @pytest.mark.parametrize(
     ("name", "columns"),
     [
-        (files.EVALUATION_FILE, files.evaluation_columns(GAME, 1)),
-        (files.SLOTS_FILE, files.slots_columns(GAME, 1)),
-        (files.PATHS_FILE, files.paths_columns(GAME, 1)),
-        (files.REGRET_FILE, files.regret_columns(GAME, 1)),
-        (files.SCALING_FILE, files.scaling_columns(GAME)),
+        (files.EVALUATION_FILE, evaluation_columns(GAME, 1)),
+        (files.SLOTS_FILE, slots_columns(GAME, 1)),
+        (files.PATHS_FILE, paths_columns(GAME, 1)),
+        (files.REGRET_FILE, regret_columns(GAME, 1)),
+        (files.SCALING_FILE, scaling_columns(GAME)),
     ],
 )
 def test_every_column_is_there(name: str, columns: Columns) -> None:
@@ -41,7 +48,7 @@ def test_every_column_is_there(name: str, columns: Columns) -> None:
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.name)
 def test_every_column_of_a_check_is_there(check: Check) -> None:
     (row,) = re.findall(rf"\| `{check.name}\.csv` \|(.*)", PAGE)
-    columns, named_above = set(check.columns(recipe_of(2, ("random",)), [])), set(files.evaluation_columns(GAME, 1))
+    columns, named_above = set(check.columns(recipe_of(2, ("random",)), [])), set(evaluation_columns(GAME, 1))
     own = columns - named_above if columns >= named_above else columns
     assert own <= set(re.findall(r"`(\w+)`", row))
     assert ("as in `evaluation.csv`" in row) == (columns >= named_above)

@@ -9,11 +9,11 @@ import torch as th
 from stable_baselines3 import PPO
 from stable_baselines3.common.vec_env import VecEnv, VecEnvWrapper, VecMonitor, VecNormalize
 
+from lawn_sb3.choices import Continuation
 from lawn_sb3.envs import FlatVecEnv, Observer, make_vec_env
 from lawn_sb3.envs.observation import space_of
 from lawn_sb3.errors import UserError
 from lawn_sb3.game import Simulator
-from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS
 
 SHORT = PRESETS["paper"].changed(max_slots=8)

@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
+from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.envs import LawnEnv, Observer
 from lawn_sb3.envs.rendering import draw_picture
 from lawn_sb3.errors import UserError
-from lawn_sb3.game.state import REWARD_TERMS
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.envs.corridor import CORRIDOR, DESTINATIONS, ORIGINS, action
 

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from pettingzoo.test import parallel_api_test, parallel_seed_test
 
+from lawn_sb3.choices import REWARD_TERMS, Continuation, RewardTerm
 from lawn_sb3.envs import TrainingEnv
 from lawn_sb3.errors import UserError
 from lawn_sb3.game import Missions
-from lawn_sb3.game.simulator import Continuation
-from lawn_sb3.game.state import REWARD_TERMS, RewardTerm
 from lawn_sb3.scenario import PRESETS
 from tests.envs.corridor import CORRIDOR, DESTINATIONS, ORIGINS, action
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import evaluate, evaluation_games, fly
 from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets, trajectories
-from lawn_sb3.experiment.run_directory.files import evaluation_columns
+from lawn_sb3.experiment.run_directory.columns import evaluation_columns
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.game.simulator import Simulator

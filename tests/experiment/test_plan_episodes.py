@@ -9,8 +9,8 @@ import pytest
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.measures import summarize
-from lawn_sb3.experiment.plan_episodes import make_planner, plan_episodes
-from lawn_sb3.experiment.registry import PLANNERS, find_player
+from lawn_sb3.experiment.plan_episodes import plan_episodes
+from lawn_sb3.experiment.registry import PLANNERS, find_player, make_planner
 from lawn_sb3.game.airspace import draw_missions
 from lawn_sb3.planning import WelfarePlayer
 from lawn_sb3.scenario import PRESETS

@@ -1,5 +1,7 @@
 """Names of algorithms and players, and which class of an algorithm takes which policy."""
 
+import inspect
+
 import pytest
 from sb3_contrib.qrdqn.policies import QRDQNPolicy
 from stable_baselines3.common.policies import ActorCriticPolicy, BasePolicy
@@ -17,8 +19,9 @@ from lawn_sb3.algos.mappo import (
 )
 from lawn_sb3.algos.qmix import QMIX, QMIXPolicy
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.registry import ALGORITHMS, algorithm_for, find_algorithm, find_player
-from lawn_sb3.experiment.settings import accepted_settings
+from lawn_sb3.experiment.evaluation import flies_alone
+from lawn_sb3.experiment.find_policy import find_policy
+from lawn_sb3.experiment.registry import ALGORITHMS, PLAYERS, algorithm_for, classes_of, find_algorithm, find_player
 
 FITS: dict[type[BasePolicy], tuple[str, type]] = {
     ActorCriticPolicy: ("mappo", MAPPO),
@@ -48,7 +51,7 @@ def test_the_base_class_of_a_policy_decides_what_trains_it(policy: type[BasePoli
 @pytest.mark.parametrize("policy", FITS)
 def test_another_algorithm_refuses_it_and_says_whose_it_is(policy: type[BasePolicy]) -> None:
     algo = FITS[policy][0]
-    for other in {name for name in ALGORITHMS if not issubclass(policy, tuple(ALGORITHMS[name]))}:
+    for other in {name for name in ALGORITHMS if not issubclass(policy, tuple(classes_of(name)))}:
         with pytest.raises(UserError, match=f"{policy.__name__} .* does not fit {other}: it is a policy for {algo}; "):
             find_algorithm(other, policy)
 
@@ -59,11 +62,32 @@ def test_a_policy_of_no_algorithm_is_refused_with_what_is_allowed() -> None:
         find_algorithm("mappo", SACPolicy)
 
 
-def test_settings_are_those_of_the_constructors_and_of_what_they_hand_on_to() -> None:
-    """``normalize_value`` is MAPPO's own, ``clip_range`` SB3's; of DQN's settings IQL and QMIX refuse some."""
-    assert {"clip_range", "use_sde", "normalize_value", "ent_coef", "n_steps"} <= accepted_settings("mappo")
-    assert {"double_q", "share_parameters", "n_steps", "max_grad_norm"} <= accepted_settings("iql")
-    assert {"double_q", "target_update_interval"} <= accepted_settings("qmix")
-    for name in ALGORITHMS:
-        assert not {"args", "kwargs", "self", "optimize_memory_usage"} & accepted_settings(name)
-    assert not {"clip_range", "use_sde", "n_steps"} & accepted_settings("qmix")
+GIVEN_BY_THE_KIT = {"self", "policy", "env", "seed", "tensorboard_log", "verbose", "_init_setup_model"}
+
+
+def arguments_of(algorithm: type) -> set[str]:
+    """Constructor arguments, those that a class hands on to the next included."""
+    names: set[str] = set()
+    for owner in (base for base in algorithm.__mro__ if "__init__" in vars(base)):
+        parameters = inspect.signature(vars(owner)["__init__"]).parameters.values()
+        handed_on = {one.name for one in parameters if one.kind in (one.VAR_POSITIONAL, one.VAR_KEYWORD)}
+        names |= {one.name for one in parameters} - handed_on
+        if not handed_on:
+            break
+    return names - GIVEN_BY_THE_KIT
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_what_is_known_of_an_algorithm_before_it_is_imported_is_what_its_classes_say(name: str) -> None:
+    known, classes = ALGORITHMS[name], set(classes_of(name).values())
+    assert known.settings == set().union(*(arguments_of(one) - getattr(one, "not_taken", set()) for one in classes))
+    assert {one.continuation for one in classes} == {known.continuation}  # type: ignore[attr-defined]
+    assert {getattr(one, "takes_crowds", False) for one in classes} == {known.takes_crowds}
+    assert any(issubclass(find_policy(known.default_policy), base) for base in classes_of(name))
+
+
+@pytest.mark.parametrize("name", PLAYERS)
+def test_what_is_known_of_a_player_before_it_is_imported_is_what_its_class_says(name: str) -> None:
+    player, known = find_player(name), PLAYERS[name]
+    assert tuple(inspect.signature(type(player)).parameters) == known.settings
+    assert flies_alone(player) == known.flies_alone

@@ -10,7 +10,8 @@ from rich.console import Console
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.tuning import load_search, ranked_settings, read_trainings, run_search
+from lawn_sb3.experiment.search import load_search
+from lawn_sb3.experiment.tuning import ranked_settings, read_trainings, run_search
 
 SETTINGS = {"n_steps": 32, "batch_size": 64, "n_epochs": 1, "gamma": 0.8}
 RECIPE = {

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from numpy.testing import assert_allclose
 
+from lawn_sb3.choices import Continuation
 from lawn_sb3.game import Simulator
-from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import Scenario
 from tests.game.random_play import SEEDS, random_actions, scenarios
 from tests.game.reference import ReferenceGame, Slot, Uav, Voxel

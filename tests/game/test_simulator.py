@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lawn_sb3.choices import Continuation
 from lawn_sb3.errors import UserError
 from lawn_sb3.game import Missions, Simulator, draw_missions
-from lawn_sb3.game.simulator import Continuation
 from lawn_sb3.scenario import PRESETS, Scenario
 from tests.game.random_play import SEEDS, random_actions, random_play, scenarios
 

@@ -9,13 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from lawn_sb3.choices import Continuation
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.game import Missions, draw_missions
 from lawn_sb3.game.airspace import min_slots, moves_inside
 from lawn_sb3.game.kernel import count_loads
 from lawn_sb3.game.player import Player, RandomPlayer
-from lawn_sb3.game.simulator import Continuation, Simulator
+from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import (
     BestRoutePlayer,
     BoundPlayer,

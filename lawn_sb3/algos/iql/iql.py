@@ -24,8 +24,8 @@ from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
 from lawn_sb3.algos.iql.views import LearnerViews
+from lawn_sb3.choices import Continuation
 from lawn_sb3.envs.observation import ObservationLayout
-from lawn_sb3.game.simulator import Continuation
 
 HANDED_ON = (
     "learning_rate",

@@ -19,7 +19,7 @@ from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
 from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
-from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.choices import Continuation
 
 CRITIC_PARTS = ("mlp_extractor.value_net.", "value_net.", "vf_features_extractor.", "lstm_critic.", "critic.")
 """How the names of a critic's parameters begin, in SB3 and sb3-contrib."""
@@ -47,8 +47,6 @@ class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
     """How UAVs that are done have to go on in its environment: a waiting UAV's actions would teach nothing."""
     default_buffer_class: ClassVar[type[NormalizedRolloutBuffer]]
     """The rollout buffer of that PPO, with normalised returns."""
-    policy_base: ClassVar[type[BasePolicy]]
-    """What its policies derive from."""
 
     def __init__(
         self,

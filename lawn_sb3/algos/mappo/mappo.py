@@ -1,7 +1,6 @@
 """CTDE-MAPPO (Algorithm 1): SB3's PPO over flattened games, with a centralised critic and value normalisation."""
 
 from stable_baselines3 import PPO
-from stable_baselines3.common.policies import ActorCriticPolicy
 
 from lawn_sb3.algos.mappo.centralized_training import CentralizedTraining
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer
@@ -18,4 +17,3 @@ class MAPPO(CentralizedTraining, PPO):
     """
 
     default_buffer_class = NormalizedRolloutBuffer
-    policy_base = ActorCriticPolicy

@@ -3,8 +3,6 @@
 from typing import Any
 
 from sb3_contrib import MaskablePPO, RecurrentPPO
-from sb3_contrib.common.maskable.policies import MaskableActorCriticPolicy
-from sb3_contrib.common.recurrent.policies import RecurrentActorCriticPolicy
 
 from lawn_sb3.algos.mappo.centralized_training import CentralizedTraining
 from lawn_sb3.algos.mappo.value_normalization import NormalizedMaskableBuffer, NormalizedRecurrentBuffer
@@ -18,7 +16,6 @@ class MaskableMAPPO(CentralizedTraining, MaskablePPO):
     """
 
     default_buffer_class = NormalizedMaskableBuffer
-    policy_base = MaskableActorCriticPolicy
 
 
 class RecurrentMAPPO(CentralizedTraining, RecurrentPPO):
@@ -29,7 +26,6 @@ class RecurrentMAPPO(CentralizedTraining, RecurrentPPO):
     """
 
     default_buffer_class = NormalizedRecurrentBuffer
-    policy_base = RecurrentActorCriticPolicy
 
     def _setup_model(self) -> None:
         super()._setup_model()

@@ -21,7 +21,7 @@ from lawn_sb3.algos.common.in_time import draw_actions
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
 from lawn_sb3.algos.qmix.policies import QMIXPolicy
-from lawn_sb3.game.simulator import Continuation
+from lawn_sb3.choices import Continuation
 
 
 class QMIX(MissionStatistics, DQN):

@@ -1,4 +1,5 @@
-"""What a run leaves: ``files`` names every file and column; ``csv_file`` and ``reading`` get them back whole.
+"""What a run leaves: ``files`` names every file, ``columns`` what is in it; ``csv_file`` and ``reading`` get them
+back whole.
 
 ``progress`` is the training curve, and ``configuration`` tells whether a run is the finished one of a cell.
 """

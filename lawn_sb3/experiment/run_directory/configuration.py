@@ -1,5 +1,6 @@
 """``config.yaml`` and ``finished``: what a run was made with, and whether it is the finished run of a cell."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,19 @@ def load_run(directory: Path) -> Cell:
         raise UserError(f"{str(path)!r} is not the configuration of a run: {first_line(error)}") from None
 
 
+def load_finished_run(directory: Path) -> Cell:
+    """Read back which cell a run directory holds, and refuse it if its run is not complete.
+
+    :param directory: the run
+    :return: its cell
+    :raises UserError: if it holds no run, another version's, or one that is not finished
+    """
+    cell = load_run(directory)
+    if not is_finished(cell):
+        raise UserError(f"{str(directory)!r} is not finished, or its policy file has changed since")
+    return cell
+
+
 def mark_finished(cell: Cell) -> None:
     """Say that the cell's run is complete."""
     write_text(cell.directory / FINISHED_FILE, cell.fingerprint() + "\n")
@@ -62,6 +76,13 @@ def is_finished(cell: Cell) -> bool:
         return all(_agree(kept[part], cell.configuration()[part]) for part in ("method", "scenario", "evaluation"))
     except (OSError, ValueError, KeyError, AttributeError, TypeError, yaml.YAMLError):  # missing, or damaged
         return False
+
+
+def check_finished(cells: Iterable[Cell]) -> None:
+    """Refuse the first cell whose run is not complete."""
+    for cell in cells:
+        if not is_finished(cell):
+            raise UserError(f"{str(cell.directory)!r}: not finished, or made with another configuration")
 
 
 def _agree(kept: dict[str, Any], now: dict[str, Any]) -> bool:

@@ -1,10 +1,4 @@
-"""What a run leaves: the files of its folder, and the columns of each table with unit and bounds.
-
-There is one folder per method and seed. All tables are CSV with nine digits.
-"""
-
-from lawn_sb3.experiment.run_directory.csv_file import Columns, flag, number, whole
-from lawn_sb3.scenario import Scenario
+"""What a run leaves: the files of its folder, of which there is one per method and seed."""
 
 CONFIG_FILE = "config.yaml"
 """What the run depends on: seed, method, scenario and evaluation with all defaults, and a hash of the policy's
@@ -22,17 +16,17 @@ MODEL_FILE = "model.zip"
 WEIGHTS_FILE = "weights.npz"
 """The networks alone: what reference results keep instead of the model."""
 EVALUATION_FILE = "evaluation.csv"
-"""The test missions as they were flown: :func:`evaluation_columns`."""
+"""The test missions as they were flown: :func:`.columns.evaluation_columns`."""
 SAMPLED_FILE = "evaluation_sampled.csv"
 """The same missions flown once more with sampled actions, where a trained method is evaluated greedily."""
 SLOTS_FILE = "slots.csv"
-"""How the cells filled: :func:`slots_columns`."""
+"""How the cells filled: :func:`.columns.slots_columns`."""
 PATHS_FILE = "paths.csv"
-"""Where the UAVs of the first episodes went: :func:`paths_columns`."""
+"""Where the UAVs of the first episodes went: :func:`.columns.paths_columns`."""
 REGRET_FILE = "regret.csv"
-"""What each UAV could have gained by deviating alone, if the recipe asks for it: :func:`regret_columns`."""
+"""What each UAV could have gained by deviating alone, if the recipe asks for it: :func:`.columns.regret_columns`."""
 SCALING_FILE = "scaling.csv"
-"""What came out with other numbers of UAVs, if the recipe asks for it: :func:`scaling_columns`."""
+"""What came out with other numbers of UAVs, if the recipe asks for it: :func:`.columns.scaling_columns`."""
 FINISHED_FILE = "finished"
 """The fingerprint of the configuration; written last, so that a run without it is not complete."""
 
@@ -47,81 +41,5 @@ RESULT_FILES = (
     PROVENANCE_FILE,
 )
 """All that the report reads, besides the configuration."""
-
-EPISODE_KEY = ["episode", "uav"]
-PATH_KEY = [*EPISODE_KEY, "slot"]
-
-
-def evaluation_columns(game: Scenario, episodes: int) -> Columns:
-    """One row per test episode and UAV."""
-    return {
-        **episode_and_uav(game, episodes),
-        "reward": number("accumulated reward J"),
-        "rate_mbps": number("bias-corrected moving average of the rate when the mission ended", "Mbps", 0),
-        "slots": whole("flight time T_i", "slots", 1, game.max_slots),
-        "min_slots": whole("shortest possible flight time T_i^min", "slots", 1, sum(game.grid)),
-        "arrived": flag("whether the UAV arrived by the deadline T_max"),
-        "utility_mbps": number("utility U_i, 0 for a failed mission", "Mbps", 0),
-        "collisions": whole("slots in which it collided", "slots", 0, game.max_slots),
-        "makespan_slots": whole("flight time of the last UAV of the episode", "slots", 1, game.max_slots),
-        "mean_cell_load": number("load of its own cell, mean over its slots", "UAVs", 1, game.num_uavs),
-    }
-
-
-def slots_columns(game: Scenario, last: int) -> Columns:
-    """One row per slot, up to the last one that was flown: means over all test episodes."""
-    by_gbs = {f"gbs_{b}": number(f"UAVs in the cell of GBS {b}", "UAVs", 0, game.num_uavs) for b in range(game.num_gbs)}
-    by_load = {
-        f"load_{k}": number(f"UAVs in a cell with {k} UAVs", "UAVs", 0, game.num_uavs)
-        for k in range(1, game.num_uavs + 1)
-    }
-    return {"slot": whole("slot, from 1", "slots", 1, last), **by_gbs, **by_load}
-
-
-def paths_columns(game: Scenario, traced: int) -> Columns:
-    """One row per slot and UAV of the first test episodes, from the origin (slot 0) to where its mission ended."""
-    width, length, height = game.grid
-    return {
-        **episode_and_uav(game, traced),
-        "slot": whole("slots flown so far", "slots", 0, game.max_slots),
-        "x": whole("position", "voxels", 0, width - 1),
-        "y": whole("position", "voxels", 0, length - 1),
-        "z": whole("position", "voxels", 0, height - 1),
-        "cell": whole("GBS that serves the UAV", "", 0, game.num_gbs - 1),
-        "cell_load": whole("UAVs in its cell, itself included", "UAVs", 1, game.num_uavs),
-        "rate_mbps": number("rate in this slot, 0 at the origin", "Mbps", 0),
-    }
-
-
-def regret_columns(game: Scenario, episodes: int) -> Columns:
-    """One row per test episode and UAV; the others keep the trajectories that they flew."""
-    return {
-        **episode_and_uav(game, episodes),
-        "utility_mbps": number("utility U_i that the UAV had", "Mbps", 0),
-        "best_mbps": number("utility of its best response", "Mbps", 0),
-        "best_slots": whole("flight time of its best response", "slots", 0, game.max_slots),
-    }
-
-
-def scaling_columns(game: Scenario) -> Columns:
-    """One row per number of UAVs: means over episodes and UAVs."""
-    return {
-        "num_uavs": whole("number of UAVs N", "UAVs", 1),
-        "episodes": whole("joint episodes flown", "", 1),
-        "reward": number("accumulated reward J of a UAV"),
-        "rate_mbps": number("rate of a UAV", "Mbps", 0),
-        "makespan_slots": number("flight time of an episode's last UAV", "slots", 1, game.max_slots),
-        "completion_slots": number("flight time of a UAV", "slots", 1, game.max_slots),
-        "success_percent": number("UAVs that arrived by the deadline", "%", 0, 100),
-        "utility_mbps": number("utility U_i of a UAV", "Mbps", 0),
-        "welfare_mbps": number("sum of the utilities of an episode", "Mbps", 0),
-        "collisions": number("slots in which a UAV collided", "slots", 0, game.max_slots),
-    }
-
-
-def episode_and_uav(game: Scenario, episodes: int) -> Columns:
-    """The columns that tell the UAVs of test episodes apart."""
-    return {
-        "episode": whole("test episode, from 0", "", 0, max(episodes - 1, 0)),
-        "uav": whole("UAV of the episode, from 0", "", 0, game.num_uavs - 1),
-    }
+ABLATION_FILES = (EVALUATION_FILE, SCALING_FILE, PROGRESS_FILE, PROVENANCE_FILE)
+"""What is kept of an ablation's run: all that its report reads. There are too many methods to keep a model of each."""

@@ -14,21 +14,23 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.experiment.recipe import Scaling
-from lawn_sb3.experiment.run_directory.csv_file import read_table
-from lawn_sb3.experiment.run_directory.files import (
+from lawn_sb3.experiment.run_directory.columns import (
     EPISODE_KEY,
-    EVALUATION_FILE,
     PATH_KEY,
-    PATHS_FILE,
-    REGRET_FILE,
-    SAMPLED_FILE,
-    SCALING_FILE,
-    SLOTS_FILE,
     evaluation_columns,
     paths_columns,
     regret_columns,
     scaling_columns,
     slots_columns,
+)
+from lawn_sb3.experiment.run_directory.csv_file import read_table
+from lawn_sb3.experiment.run_directory.files import (
+    EVALUATION_FILE,
+    PATHS_FILE,
+    REGRET_FILE,
+    SAMPLED_FILE,
+    SCALING_FILE,
+    SLOTS_FILE,
 )
 
 TOLERANCE = 1e-6

@@ -7,8 +7,8 @@ from typing import Any
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.knowledge import has_ladder
 from lawn_sb3.experiment.recipe import Recipe
+from lawn_sb3.experiment.run_directory.columns import EPISODE_KEY, episode_and_uav, evaluation_columns
 from lawn_sb3.experiment.run_directory.csv_file import Columns, number, whole
-from lawn_sb3.experiment.run_directory.files import EPISODE_KEY, episode_and_uav, evaluation_columns
 from lawn_sb3.paper.comparable import printed_rows
 from lawn_sb3.paper.printed_values import LATEST_SLOTS, TABLE_II
 from lawn_sb3.paper.roles import FORMS, cast

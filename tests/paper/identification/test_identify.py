@@ -9,7 +9,7 @@ import pytest
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import evaluate
-from lawn_sb3.experiment.run_directory.files import evaluation_columns
+from lawn_sb3.experiment.run_directory.columns import evaluation_columns
 from lawn_sb3.game.player import RandomPlayer
 from lawn_sb3.paper.identification import Identification, as_markdown, identify
 from lawn_sb3.paper.identification.candidates import AIRSPACE, LINK_BUDGET, PAPER, TIME, candidates, link_budget_db
