@@ -18,7 +18,7 @@ PAPER = str(REPOSITORY / "runs" / "paper.yaml")
 @pytest.fixture
 def trained(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Cell]:
     cells: list[Cell] = []
-    monkeypatch.setattr("lawn_sb3.cli.train.run_cell", lambda cell, advance: cells.append(cell))
+    monkeypatch.setattr("lawn_sb3.experiment.train.run_cell", lambda cell, advance: cells.append(cell))
     monkeypatch.setattr("lawn_sb3.cli.train._show_result", lambda cell: None)
 
     def train(*options: str) -> Cell:
