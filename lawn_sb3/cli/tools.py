@@ -27,15 +27,28 @@ for each; training gives nothing like its IQL row."""
 
 
 @app.command()
-def bench(as_json: AsJson = False) -> None:
-    """Measure the speed of simulator, vector environment, planning and training, on one core."""
-    from lawn_sb3.experiment.benchmark import benchmark
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="in about a minute: shorter, and no whole trainings")] = False,
+    out: Annotated[Path | None, typer.Option(help="folder for bench.json and growth.png")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure the speed of simulator, environments, planning and learning, on one core."""
+    methods = load_recipe(shipped_recipe(PAPER_RECIPE)).methods
 
-    recipe = load_recipe(shipped_recipe(PAPER_RECIPE))
-    method = next(method for method in recipe.methods.values() if method.algo == "mappo")
+    from lawn_sb3.experiment.benchmark import benchmark
+    from lawn_sb3.experiment.provenance import provenance
+    from lawn_sb3.report.speed import growth_figure
+    from lawn_sb3.report.style import save
+
     with progress("parts") as advance:
-        figures = benchmark(method, advance)
-    print_figures(figures, as_json, "speed on one core")
+        speeds = benchmark(methods, quick, advance)
+    if out is not None:
+        growth = json.loads(speeds.growth.to_json(orient="records"))
+        write_json(out / "bench.json", {**provenance(), "quick": quick, "figures": speeds.figures, "growth": growth})
+        save(growth_figure(speeds.growth), out, "growth", (".png",))
+    print_figures(speeds.figures, as_json, "speed on one core")
+    if not as_json:
+        print_table(speeds.growth.round(2), "how the simulator's speed changes as games grow")
 
 
 @app.command("scenario")

@@ -12,8 +12,6 @@ from pathlib import Path
 import pytest
 
 from lawn_sb3.cli.commands import app
-from lawn_sb3.experiment.benchmark import benchmark
-from lawn_sb3.experiment.recipe import parse_method
 from lawn_sb3.experiment.registry import PLANNERS, REPOSITORY
 from lawn_sb3.scenario import PRESETS, load_scenario
 from tests.cli.running import MAPPO, METHODS, QUICK, Lawn, recipe
@@ -146,20 +144,6 @@ def test_an_interrupt_of_any_command_ends_with_one_line_and_status_130(
     said = lawn(*arguments.split(), status=130).err
     assert said.splitlines()[-1].startswith("lawn-sb3: interrupted")
     assert "Traceback" not in said
-
-
-def test_bench_says_how_far_each_part_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    told: dict[str, int] = {}
-
-    def advance(what: str, total: int) -> None:
-        told[what] = told.get(what, -total) + 1  # 0 once all parts were told
-
-    monkeypatch.setattr("lawn_sb3.experiment.benchmark.PRESETS", {"paper": PRESETS["tiny"]})
-    method = parse_method({**MAPPO, "env_steps": 4_000})
-    figures = benchmark(method, advance)
-    assert min(figures.values()) > 0.0
-    assert len(told) == 5
-    assert set(told.values()) == {0}
 
 
 @pytest.mark.parametrize(

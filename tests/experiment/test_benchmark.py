@@ -1,0 +1,104 @@
+"""The benchmark measures what it says, and says how far it is; no speed is tested."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from lawn_sb3.experiment.benchmark import training_speed
+from lawn_sb3.experiment.benchmark.clock import calls_per_second
+from lawn_sb3.experiment.benchmark.game_speed import against_plain, crowded, env_step_ms, growth
+from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
+from lawn_sb3.experiment.benchmark.vector_speed import vector_speeds
+from lawn_sb3.experiment.recipe import Method, load_recipe
+from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.scenario import PRESETS
+from tests.game.plain_env import PlainLawnEnv
+
+
+class Parts:
+    """Counts the parts that were told, against how many there were to be."""
+
+    def __init__(self) -> None:
+        self.told: Counter[str] = Counter()
+        self.expected: dict[str, int] = {}
+
+    def __call__(self, what: str, parts: int) -> None:
+        self.told[what] += 1
+        self.expected[what] = parts
+
+    @property
+    def are_all_told(self) -> bool:
+        return bool(self.told) and dict(self.told) == self.expected
+
+
+@pytest.fixture
+def parts() -> Parts:
+    return Parts()
+
+
+@pytest.fixture(scope="module")
+def learners() -> dict[str, Method]:
+    quick = load_recipe(REPOSITORY / "runs" / "quick.yaml").methods
+    return {key: method for key, method in quick.items() if method.algo is not None}
+
+
+def test_what_takes_longer_is_done_less_often_in_a_second(parts: Parts) -> None:
+    short, long = (lambda size=size: np.sort(np.arange(size)[::-1] % 7) for size in (10, 1_000_000))
+    often, seldom = calls_per_second([short, long], 0.05, parts, "sorting")
+    assert often > seldom > 0.0
+    assert parts.told == {"sorting": 10}
+
+
+def test_the_simulator_is_held_against_a_plain_environment(parts: Parts) -> None:
+    figures = against_plain(8, 0.05, parts)
+    fast, plain = figures["simulator_agent_steps_per_s"], figures["plain_pettingzoo_agent_steps_per_s"]
+    assert figures["simulator_ratio"] == pytest.approx(fast / plain)
+    assert parts.are_all_told
+
+
+def test_the_plain_environment_plays_whole_games() -> None:
+    env = PlainLawnEnv(PRESETS["tiny"])
+    env.reset(seed=0)
+    while env.agents:
+        _, _, over, _, infos = env.step(dict.fromkeys(env.agents, 0))
+    assert len(env.moves) == 63
+    assert all(over.values())
+    assert all(info["timed_out"] or info["arrived"] for info in infos.values())
+
+
+def test_larger_games_have_as_many_voxel_columns_for_each_gbs() -> None:
+    scenario = crowded(64, 16)
+    assert (scenario.num_uavs, scenario.num_gbs) == (64, 16)
+    assert scenario.grid == (20, 20, 3)
+
+
+def test_the_growth_of_cost_has_one_exponent_for_each_thing_that_grows(parts: Parts) -> None:
+    table = growth(16, 0.01, parts)
+    assert table.groupby("grows", sort=False)["exponent"].nunique().to_dict() == {"UAVs and GBSs": 1, "games": 1}
+    assert (table["agent_steps_per_s"] > 0.0).all()
+    assert parts.are_all_told
+
+
+def test_environments_and_planners_are_timed(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("lawn_sb3.experiment.benchmark.planning_speed.PRESETS", {"paper": PRESETS["tiny"]})
+    figures = vector_speeds(0.02, parts) | planning_speeds(2, parts) | {"step_ms": env_step_ms(4, 0.02, parts)}
+    assert min(figures.values()) > 0.0
+    assert parts.are_all_told
+
+
+def test_learners_are_timed(parts: Parts, learners: dict[str, Method], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(training_speed, "WARM_UP", 500)
+    figures = training_speed.learner_speeds(learners, 500, parts)
+    assert figures.keys() == {f"{algo}_env_steps_per_s" for algo in ("iql", "qmix", "mappo")}
+    figures |= training_speed.update_share(learners["mappo"], 0.01, parts)
+    assert min(figures.values()) > 0.0
+    assert parts.are_all_told
+
+
+def test_what_a_training_does_not_reach_is_not_a_number(parts: Parts, learners: dict[str, Method]) -> None:
+    figures = training_speed.against_stock(learners["mappo"], 2_000, parts)
+    for name in ("mappo", "stock_ppo"):
+        assert np.isnan(figures[f"{name}_to_95_percent_success_s"])  # so short a training gets nowhere
+        assert figures[f"{name}_to_99_percent_of_its_utility_s"] > 0.0
+    assert figures["to_99_percent_of_its_utility_ratio"] > 0.0
