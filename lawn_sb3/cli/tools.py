@@ -30,16 +30,24 @@ for each; training gives nothing like its IQL row."""
 def bench(
     quick: Annotated[bool, typer.Option("--quick", help="in about a minute: shorter, and no whole trainings")] = False,
     out: Annotated[Path | None, typer.Option(help="folder for bench.json and growth.png")] = None,
+    profile: Annotated[
+        bool, typer.Option("--profile", help="instead say where the time of a training goes, in percent")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Measure the speed of simulator, environments, planning and learning, on one core."""
     methods = load_recipe(shipped_recipe(PAPER_RECIPE)).methods
 
-    from lawn_sb3.experiment.benchmark import benchmark
+    from lawn_sb3.experiment.benchmark import benchmark, training_profile
     from lawn_sb3.experiment.provenance import provenance
     from lawn_sb3.report.speed import growth_figure
     from lawn_sb3.report.style import save
 
+    if profile:
+        with progress("trainings") as advance:
+            shares = training_profile(methods, 10_000 if quick else 50_000, advance)
+        print_table(shares.round(1).rename_axis("part").reset_index(), "own time of each part of a training, percent")
+        return
     with progress("parts") as advance:
         speeds = benchmark(methods, quick, advance)
     if out is not None:

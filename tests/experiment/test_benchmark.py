@@ -9,6 +9,7 @@ from lawn_sb3.experiment.benchmark import training_speed
 from lawn_sb3.experiment.benchmark.clock import calls_per_second
 from lawn_sb3.experiment.benchmark.game_speed import against_plain, crowded, env_step_ms, growth
 from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
+from lawn_sb3.experiment.benchmark.training_profile import PARTS, REST, OwnTime, training_profile
 from lawn_sb3.experiment.benchmark.vector_speed import vector_speeds
 from lawn_sb3.experiment.recipe import Method, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
@@ -102,3 +103,25 @@ def test_what_a_training_does_not_reach_is_not_a_number(parts: Parts, learners: 
         assert np.isnan(figures[f"{name}_to_95_percent_success_s"])  # so short a training gets nowhere
         assert figures[f"{name}_to_99_percent_of_its_utility_s"] > 0.0
     assert figures["to_99_percent_of_its_utility_ratio"] > 0.0
+
+
+def test_a_part_has_its_own_time_and_not_that_of_a_part_it_calls(monkeypatch: pytest.MonkeyPatch) -> None:
+    ticks = iter([0.0, 1.0, 3.0, 6.0, 10.0, 15.0])  # start; outer begins, inner begins, inner ends, outer ends; the end
+    monkeypatch.setattr("time.perf_counter", lambda: next(ticks))
+    clock = OwnTime()
+    inner = clock.timed("simulator", lambda: None)
+    clock.timed("SuperSuit and adapter", inner)()
+    clock.switch()
+    assert {part: seconds for part, seconds in clock.seconds.items() if seconds} == {
+        "simulator": 6.0 - 3.0,
+        "SuperSuit and adapter": (3.0 - 1.0) + (10.0 - 6.0),
+        REST: 1.0 + (15.0 - 10.0),
+    }
+
+
+def test_a_profile_shares_out_all_of_the_time(learners: dict[str, Method], parts: Parts) -> None:
+    table = training_profile({"mappo": learners["mappo"]}, 1_000, parts)
+    assert table.index.tolist() == [*PARTS, REST, "seconds"]
+    assert table["mappo"].drop("seconds").sum() == pytest.approx(100.0)
+    assert (table["mappo"][["simulator", "networks, forward", "networks, backward", "optimiser"]] > 0.0).all()
+    assert parts.are_all_told
