@@ -54,8 +54,8 @@ def test_the_findings_of_the_readme() -> None:
         f"the best, QMIX, has U = {max(utility[key] for key in LEARNERS):.1f} Mbps, flying straight "
         f"{utility['shortest-path']:.1f}",
         f"one gets {told['loads']:.1f} Mbps from what the paper lets it see",
-        f"it has {told['intents-in-time']:.1f}, with a slot to spare and more training besides {told['intents']:.1f}; the "
-        f"best flights known have {told['welfare']:.1f}",
+        f"it has {told['intents-in-time']:.1f}, with a slot to spare and more training besides {told['intents']:.1f}; "
+        f"the best flights known have {told['welfare']:.1f}",
         f"no closer than {utility['welfare']:.1f} to {utility['bound']:.1f} Mbps a UAV",
     )
 

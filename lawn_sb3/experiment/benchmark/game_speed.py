@@ -75,7 +75,8 @@ def growth(largest: int, seconds: float, advance: Advance) -> pd.DataFrame:
     names = ["grows", "num_uavs", "num_gbs", "num_games", "build_s", "agent_steps_per_s"]
     table = pd.DataFrame(rows, columns=names)
     table["exponent"] = np.nan
-    for grows, own in table.groupby("grows"):
+    for grows in table["grows"].unique():
+        own = table[table["grows"] == grows]
         size = own["num_gbs"] if grows == "GBSs" else own["num_games"] if grows == "games" else own["num_uavs"]
         of_one = own["num_uavs"] / own["agent_steps_per_s"] * (own["num_games"] if grows == "games" else 1)
         table.loc[own.index, "exponent"] = exponent(size.tolist(), of_one.tolist())

@@ -13,6 +13,7 @@ import pandas as pd
 import torch as th
 
 from lawn_sb3.experiment.benchmark.clock import Advance
+from lawn_sb3.experiment.benchmark.training_speed import first_methods
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.train import run_cell
@@ -92,7 +93,7 @@ def training_profile(methods: Mapping[str, Method], env_steps: int, advance: Adv
     :return: one row for each part, percent by algorithm; the last row has the seconds
     """
     th.set_num_threads(1)
-    first = {method.algo: method for method in reversed(methods.values()) if method.algo is not None}
+    first = first_methods(methods)
     columns = {}
     for algo, method in first.items():
         _train(method, 1_000)  # compiles and imports

@@ -36,6 +36,15 @@ LOOK_EVERY = 5_000
 """Env steps between two looks at the greedy player."""
 
 
+def first_methods(methods: Mapping[str, Method]) -> dict[str, Method]:
+    """The first method of each algorithm."""
+    found: dict[str, Method] = {}
+    for method in methods.values():
+        if method.algo is not None:
+            found.setdefault(method.algo, method)
+    return found
+
+
 def learner_speeds(methods: Mapping[str, Method], env_steps: int, advance: Advance) -> dict[str, float]:
     """Env steps a second of each algorithm's first method, without evaluations.
 
@@ -44,7 +53,7 @@ def learner_speeds(methods: Mapping[str, Method], env_steps: int, advance: Advan
     :param advance: told after each algorithm
     :return: figures by name
     """
-    first = {method.algo: method for method in reversed(methods.values()) if method.algo is not None}
+    first = first_methods(methods)
     figures = {}
     for algo, method in first.items():
         model = _model(method)
