@@ -277,8 +277,8 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
     says(
         "docs/results.md",
         f"QMIX, {printed['qmix']:.0f} % in the paper, succeeds in {success['qmix']:.0f} % of the missions",
-        f"CTDE-MAPPO in {success['mappo-state']:.0f} % or {success['mappo-authors']:.0f} % instead of 100 %, and IQL in "
-        f"{success['iql']:.0f} %, far below the paper's {printed['iql']} %",
+        f"CTDE-MAPPO in {success['mappo-state']:.0f} % or {success['mappo-authors']:.0f} % instead of 100 %, and IQL "
+        f"in {success['iql']:.0f} %, far below the paper's {printed['iql']} %",
     )
     assert all(abs(success[key] - printed[key]) > 10.0 for key in success if key != "random")
 
