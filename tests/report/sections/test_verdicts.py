@@ -37,7 +37,7 @@ def test_the_table_shows_claim_verdict_measure_and_reason() -> None:
         {**said, "Verdict": "not testable", "Measured": "range over seeds", "Why": "It is."},
     ]
     assert table.caption.startswith("Checkable claims of the paper, 2 of which these runs can test")
-    assert "Partly: some of its conditions hold; not testable: runs are missing. V(x)" in table.caption
+    assert "Partly: some of its conditions hold; not testable: runs are missing. Claims on parts" in table.caption
 
 
 def test_the_caption_says_how_many_differences_were_tested() -> None:
