@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -16,6 +16,9 @@ from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.scenario import PRESETS, Scenario, load_scenario
 from lawn_sb3.whole_files import write_json, write_text
 
+if TYPE_CHECKING:
+    from lawn_sb3.paper.identification import Identification
+
 app = typer.Typer()
 
 WIDE_ENOUGH_FOR_SENTENCES = 120
@@ -24,6 +27,7 @@ PICTURES = (".png", ".pdf", ".svg")
 ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
 """Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands
 for each; training gives nothing like its IQL row."""
+IDENTIFIED = "identify.json"
 
 
 @app.command()
@@ -112,13 +116,41 @@ def identify_command(
     alone: Annotated[
         bool, typer.Option("--alone", help="one constant at a time only: a minute in place of half an hour")
     ] = False,
+    kept: Annotated[
+        Path | None, typer.Option("--from", help="show what this --out of an earlier call holds, without flying anew")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Which games the paper's figures allow: every open constant and reading, alone and jointly. Takes half an hour."""
+    found = None if kept is None else _read(kept / IDENTIFIED)
+
     import pandas as pd
 
+    from lawn_sb3.paper.identification import as_markdown
+
+    result = _identified(episodes, seed, models, alone) if found is None else _kept(kept / IDENTIFIED, found)
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)
+        write_text(out / "README.md", as_markdown(result))
+        write_text(out / IDENTIFIED, result.as_text())
+    if as_json:
+        print(json.dumps(result.as_json()))
+        return
+    said = (
+        (result.joint_findings, "all readings jointly, the free constants fitted"),
+        (result.findings, "one constant at a time, the others as in the preset"),
+    )
+    for findings, title in said if result.joint_findings else said[1:]:
+        shown = pd.DataFrame({"constant": list(findings), "what the paper's figures say": findings.values()})
+        print_table(shown, f"{title}, {result.episodes:,} episodes a candidate")
+    if out is not None:
+        say(f"all tables: {out / 'README.md'}")
+
+
+def _identified(episodes: int, seed: int, models: Path, alone: bool) -> "Identification":
+    """Fly, under a bar."""
     from lawn_sb3.experiment.players import kept_player
-    from lawn_sb3.paper.identification import as_markdown, identify
+    from lawn_sb3.paper.identification import identify
 
     kept = {row: kept_player(models / method) for row, method in ASKED.items()}
     players = {row: player for row, player in kept.items() if player is not None}
@@ -126,26 +158,37 @@ def identify_command(
         say(f"no trained players in {models}: the Random player alone is asked")
     with Progress(console=messages, transient=True) as bar:
         task = bar.add_task("trying candidates")
-        result = identify(
+        return identify(
             episodes,
             seed,
             players,
             lambda done, total: bar.update(task, completed=done, total=total),
             [] if alone else None,
         )
-    if out is not None:
-        out.mkdir(parents=True, exist_ok=True)
-        write_text(out / "README.md", as_markdown(result))
-        write_json(out / "identify.json", result.as_json())
-    if as_json:
-        print(json.dumps(result.as_json()))
-        return
-    found = (
-        (result.joint_findings, "all readings jointly, the free constants fitted"),
-        (result.findings, "one constant at a time, the others as in the preset"),
-    )
-    for findings, title in found if result.joint_findings else found[1:]:
-        shown = pd.DataFrame({"constant": list(findings), "what the paper's figures say": findings.values()})
-        print_table(shown, f"{title}, {episodes:,} episodes a candidate")
-    if out is not None:
-        say(f"all tables: {out / 'README.md'}")
+
+
+def _read(path: Path) -> dict[str, Any]:
+    """What an earlier call kept."""
+    try:
+        values = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise UserError(f"--from {str(path.parent)!r}: holds no {path.name}") from None
+    except ValueError:
+        values = None
+    if not isinstance(values, dict):
+        raise _not_kept(path)
+    return values
+
+
+def _kept(path: Path, values: dict[str, Any]) -> "Identification":
+    """The same as an identification."""
+    from lawn_sb3.paper.identification import Identification
+
+    try:
+        return Identification.from_json(values)
+    except (KeyError, TypeError, ValueError):
+        raise _not_kept(path) from None
+
+
+def _not_kept(path: Path) -> UserError:
+    return UserError(f"{str(path)!r} holds no identification that this version wrote")

@@ -98,6 +98,16 @@ def test_identify_prints_one_json_object_and_writes_a_page(lawn: Lawn) -> None:
     assert "no trained players" in done.err
 
 
+def test_identify_writes_the_page_again_from_what_it_kept(lawn: Lawn) -> None:
+    lawn("identify", "--alone", "--episodes", "20", "--out", "found")
+    assert "20 episodes a candidate" in lawn("identify", "--from", "found", "--out", "again").out
+    for name in ("README.md", "identify.json"):
+        assert Path("again", name).read_bytes() == Path("found", name).read_bytes()
+    assert "holds no identify.json" in lawn("identify", "--from", "nowhere", status=2).err
+    Path("again/identify.json").write_text('{"episodes": 20}', encoding="utf-8")
+    assert "no identification that this version wrote" in lawn("identify", "--from", "again", status=2).err
+
+
 def test_a_training_that_fails_ends_with_one_line_and_status_1(lawn: Lawn) -> None:
     small = ["--env-steps", "128", "--num-games", "2", *QUICK, "--set", "max_slots=20", "--no-progress"]
     said = lawn("train", *small, "-params", "target_kl=abc", "--out", "bad", status=1).err

@@ -13,6 +13,8 @@ from lawn_sb3.experiment.search import load_search
 from lawn_sb3.experiment.tuning import ranked_settings, read_trainings
 from lawn_sb3.paper.claims import load_claims
 from lawn_sb3.paper.claims.claim import VERDICTS
+from lawn_sb3.paper.identification import Identification, as_markdown
+from lawn_sb3.paper.identification.allowed import consistent
 from lawn_sb3.results.pairing import EFFECTS
 from lawn_sb3.results.statistics import holm, welch_difference
 from tests.docs.pages import PAGES, prose, reference, table_rows
@@ -284,15 +286,16 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
 
 
 def test_the_games_that_the_papers_figures_allow() -> None:
-    found = json.loads((REPOSITORY / "runs" / "reference" / "identify" / "identify.json").read_text("utf-8"))
-    allowed = [game for game in found["games"] if game["verdict"] == "consistent"]
-    grids = {tuple(game["grid"]) for game in allowed}
+    folder = REPOSITORY / "runs" / "reference" / "identify"
+    found = Identification.from_json(json.loads((folder / "identify.json").read_text("utf-8")))
+    assert as_markdown(found) == (folder / "README.md").read_text("utf-8")
+    allowed = consistent(found.games)
+    grids = set(allowed["grid"])
     says("docs/sensitivity.md", f"It finds {len(allowed)} games, on {len(grids)} of the 48 grids")
     assert (100, 100, 30) not in grids
     for name in ("moves", "arrived_uav", "arrival", "gbs_layout", "bias_horizon"):
-        tried = {game[name] for game in found["games"]} - {"any"}
-        assert {game[name] for game in allowed} == tried, name
-    drawn = pd.DataFrame(found["conclusions"])
+        assert set(allowed[name]) == set(found.games[name]) - {"any"}, name
+    drawn = found.conclusions
     straight = drawn["straight_utility_mbps"]
     sight, network = ((drawn[f"{name}_utility_mbps"] / straight - 1.0) * 100.0 for name in ("forecast", "welfare"))
     says(

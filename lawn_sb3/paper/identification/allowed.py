@@ -7,7 +7,7 @@ import pandas as pd
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.paper.identification.candidates import PAPER, PRINTED
-from lawn_sb3.paper.identification.joint import Reading
+from lawn_sb3.paper.identification.joint import WEIGHTS, Reading
 from lawn_sb3.paper.identification.random_row import LEAST
 from lawn_sb3.paper.printed_values import TABLE_II
 from lawn_sb3.planning import ForecastPlayer, ShortestPathPlayer, WelfarePlayer
@@ -32,7 +32,7 @@ PRESET = {
     "gbs_layout": PAPER.gbs_layout,
     "bias_horizon": PAPER.bias_horizon,
 }
-FITTED = ("tx_power_dbm", "nav_weight", "collision_penalty", "fail_penalty")
+FITTED = ("tx_power_dbm", *WEIGHTS)
 
 
 def consistent(games: pd.DataFrame) -> pd.DataFrame:
@@ -65,7 +65,10 @@ def joint_findings(games: pd.DataFrame) -> dict[str, str]:
 
 def _constants(allowed: pd.DataFrame) -> str:
     """Between which values the fitted constants lie, and mean T_min."""
-    ranges = [f"{name} {allowed[name].min():.4g} to {allowed[name].max():.4g}" for name in (*FITTED, LEAST)]
+    ends = {name: [f"{end:.4g}" for end in (allowed[name].min(), allowed[name].max())] for name in (*FITTED, LEAST)}
+    ranges = [
+        f"{'mean T_min' if name == LEAST else name} {' to '.join(dict.fromkeys(both))}" for name, both in ends.items()
+    ]
     return f"over the {len(allowed):,} consistent games: {', '.join(ranges)}."
 
 

@@ -5,23 +5,23 @@ The accumulated reward of a UAV that arrives in slot T >= m = T_i^min is, as Eq.
     J_i = nav_weight * ||q_i^0 - d_i|| + R-bar_i(T)/u + U_i/u - collision_penalty * collisions_i
         = nav_weight * ||q_i^0 - d_i|| + R-hat_i * g(T, m)/u - collision_penalty * collisions_i
 
-with the rate unit u, b = 1 - beta and g(T, m) = 1 - b^T + m/T, because R-bar_i = R-hat_i (1 - b^T) and
-U_i = R-hat_i m/T by Eq. (9), eq:utility. (That is the reading ``bias_horizon: completion``.)
+with the rate unit u and g(T, m) = c(H) + m/T, where c(T) = 1 - (1 - beta)^T and the bias correction has the horizon H,
+which is T or T_max: for R-bar_i = R-hat_i c(H), and U_i = R-hat_i m/T by Eq. (9), eq:utility.
 
 The paper prints the means of R-hat_i and of the makespan, which may go along with m in any way. So the bounds are the
 smallest and the largest mean of R-hat * g over all distributions of (R-hat, T) for the UAVs of each m that have
 
-- the printed mean of R-hat, each R-hat_i an average of rates of single slots: between the smallest (floor(K/N) RBs in
-  the worst voxel) and the largest (K RBs in the best);
+- the printed mean of R-hat, each R-hat_i being c(T)/c(H) times an average of rates of single slots: between the
+  smallest (floor(K/N) RBs in the worst voxel) and the largest (K RBs in the best);
 - m <= T <= T_max, and a mean of T of at most the printed mean makespan, for no UAV is later than the last.
 
-The mean of R-hat * g is linear in R-hat, so that only the two ends of its range matter: a linear program. At the upper
-bound all fly the shortest way. For with x = b^m in (0, 1) and s = T/m >= 1, g(m, m) - g(T, m) is
+The mean of R-hat * g is linear in R-hat, so that only the two ends of its range matter: a linear program. With H = T
+all fly the shortest way at the upper bound. For with x = (1 - beta)^m in (0, 1) and s = T/m >= 1, g(m, m) - g(T, m) is
 (1 - 1/s) - (x - x^s), and x - x^s, largest at x = s^(-1/(s-1)), is x (1 - 1/s) <= 1 - 1/s there: g is largest at T = m.
 Collisions only lower J, so the upper bound holds with them; the lower one is for a method without.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,9 +52,15 @@ def draw_legs(scenario: Scenario, episodes: int, seed: int) -> Legs:
     return Legs(np.linalg.norm(way, axis=-1), least)
 
 
-def rate_weight(slots: Ints, min_slots: Ints, ema_beta: float) -> Floats:
-    """How often R-hat_i counts in J_i: g(T, m) = 1 - (1 - beta)^T + m / T of the module's text, between 0 and 2."""
-    return np.asarray(1.0 - (1.0 - ema_beta) ** slots + min_slots / slots)
+def kept_and_whole(scenario: Scenario, slots: Any) -> tuple[Any, Any]:
+    """c(T) = 1 - (1 - beta)^T of flights of T slots, and c(H) of the horizon that their bias correction runs to."""
+    kept, whole = (1.0 - (1.0 - scenario.ema_beta) ** end for end in (slots, scenario.max_slots))
+    return kept, kept if scenario.bias_horizon == "completion" else whole
+
+
+def rate_weight(scenario: Scenario, slots: Ints, min_slots: Ints) -> Floats:
+    """How often R-hat_i counts in J_i: g(T, m) = c(H) + m / T of the module's text, between 0 and 2."""
+    return np.asarray(kept_and_whole(scenario, slots)[1] + min_slots / slots)
 
 
 def rate_range_mbps(scenario: Scenario) -> tuple[float, float]:
@@ -67,19 +73,15 @@ def rate_range_mbps(scenario: Scenario) -> tuple[float, float]:
 def rate_ceiling_mbps(scenario: Scenario, makespan_slots: float) -> float:
     """The largest mean corrected rate R-hat of a method with 100 % success and a given mean makespan.
 
-    With ``bias_horizon: deadline`` R-hat_i = R-bar_i / c(T_max), where c(T) = 1 - (1 - beta)^T, and R-bar_i is at most
-    the largest rate of a slot times c(T_i). T_i is at most its episode's makespan and c grows and is concave, so the
-    mean of c(T_i) is at most c of the mean makespan. With ``completion`` R-hat_i averages rates of slots.
+    R-hat_i is at most the largest rate of a slot times c(T_i) / c(H). With ``bias_horizon: deadline`` T_i is at most
+    its episode's makespan and c grows and is concave, so the mean of c(T_i) is at most c of the mean makespan.
 
     :param scenario: the scenario
     :param makespan_slots: mean makespan
     :return: the ceiling in Mbps
     """
-    highest = rate_range_mbps(scenario)[1]
-    if scenario.bias_horizon == "completion":
-        return highest
-    kept, whole = (1.0 - (1.0 - scenario.ema_beta) ** slots for slots in (makespan_slots, scenario.max_slots))
-    return highest * min(kept / whole, 1.0)
+    kept, whole = kept_and_whole(scenario, makespan_slots)
+    return rate_range_mbps(scenario)[1] * float(kept / whole)
 
 
 def rate_terms_mbps(
@@ -87,7 +89,7 @@ def rate_terms_mbps(
 ) -> Floats:
     """The least or the largest mean of R-hat_i * g(T_i, m_i), by linear programming (see the module's text).
 
-    :param scenario: its ``ema_beta``, deadline and link
+    :param scenario: its ``ema_beta``, ``bias_horizon``, deadline and link
     :param min_slots: T_i^min [E, N]
     :param rate_mbps: mean corrected rate R-hat
     :param makespan_slots: mean makespan
@@ -104,7 +106,9 @@ def rate_terms_mbps(
     )
     early = slots >= lengths[of]
     of, slots, rates = of[early], slots[early], rates[early]
-    worth = rates * rate_weight(slots, lengths[of], scenario.ema_beta)
+    kept, whole = kept_and_whole(scenario, slots)
+    rates = rates * (kept / whole)
+    worth = rates * rate_weight(scenario, slots, lengths[of])
     groups = (of == np.arange(len(lengths))[:, None]).astype(float)
     found = linprog(
         -worth if largest else worth,

@@ -8,8 +8,9 @@ import pandas as pd
 from lawn_sb3.paper.identification.allowed import FITTED, READ, examples, success_by_reading
 from lawn_sb3.paper.identification.candidates import PAPER
 from lawn_sb3.paper.identification.findings import SYMBOLS
-from lawn_sb3.paper.identification.identify import Identification
+from lawn_sb3.paper.identification.joint import FAR_DB, FAR_FACTOR, FAR_OFF_Z, FEW
 from lawn_sb3.paper.identification.random_row import FIGURES, LEAST
+from lawn_sb3.paper.identification.result import Identification
 from lawn_sb3.paper.printed_values import TABLE_II, TEST_EPISODES
 from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z
 
@@ -53,17 +54,22 @@ def as_markdown(result: Identification) -> str:
 
 def _jointly(result: Identification) -> list[str]:
     """The part about all readings with the free constants fitted."""
+    few = min(FEW, result.episodes)
     return [
         "## Jointly",
-        "Every reading on a range of grids, with the free constants fitted: the link budget to R̂ of Random, then "
-        "nav_weight, fail_penalty and if need be collision_penalty, as near to the preset's as they can be, to J̄ of "
-        "Random and to what J̄ of CTDE-MAPPO is possible. So R̂ and J̄ test nothing here. What does is success and T̄ "
-        "of Random, the least possible T̄, the R̂ that CTDE-MAPPO must reach in its T̄, and that no fitted constant is "
-        f"below 0 or far from any that could be meant. A game is consistent if no figure lies more than "
-        f"{DISFAVOURED_Z:g} standard errors off. None of them *is* the paper's game: that cannot be told.",
+        f"Every reading on a range of grids, with the free constants fitted to {few:,} episodes: the link budget to R̂ "
+        "of Random, then nav_weight, fail_penalty and if need be collision_penalty, as near to the preset's as they "
+        "can be, to J̄ of Random and to what J̄ of CTDE-MAPPO is possible. So R̂ and J̄ of Random test nothing here. "
+        "What does: success and T̄ of Random and the least possible T̄, none of which may lie more than "
+        f"{DISFAVOURED_Z:g} standard errors off; CTDE-MAPPO must be able to have its R̂ in its T̄; and the constants "
+        f"must be such as could be meant: a link budget within {FAR_DB:g} dB of the preset's, weights from 0 to "
+        f"{FAR_FACTOR:g} times the preset's. Games that pass are called consistent. None of them *is* the paper's "
+        "game: that cannot be told.",
         _list(result.joint_findings),
         f"Success (%) of Random, the paper's being {TABLE_II['Random'].success_percent:g}; bold: consistent, with at "
-        "least one reading of the rest. It does not depend on the rates, nor on whether UAVs that are done leave.",
+        "least one reading of the rest. It does not depend on the rates, nor on whether UAVs that are done leave. Mean "
+        f"of {result.episodes:,} episodes; of {few:,} where these put success, T̄ or the least T̄ more than "
+        f"{FAR_OFF_Z:g} standard errors off, so that nothing was fitted.",
         _table(success_by_reading(result.games), 1),
         "Examples: the preset, for each other reading the consistent game that departs least from the preset, and the "
         "smallest and the largest airspace, with what was fitted.",
@@ -83,7 +89,7 @@ def _example_text(games: pd.DataFrame) -> pd.DataFrame:
     z = zip(chosen["success_percent"], chosen["z_success_percent"], strict=True)
     return chosen.assign(grid=grid, success=[f"{value:.1f} ({off:+.1f})" for value, off in z])[
         [*READ, *FITTED, "success"]
-    ]
+    ].rename(columns=READ)
 
 
 def _conclusion_text(conclusions: pd.DataFrame) -> pd.DataFrame:
@@ -95,7 +101,7 @@ def _conclusion_text(conclusions: pd.DataFrame) -> pd.DataFrame:
         "forecast_utility_mbps": "U, forecast",
         "welfare_utility_mbps": "U, welfare ascent",
     }
-    return conclusions.assign(grid=grid).rename(columns=names)
+    return conclusions.assign(grid=grid).rename(columns=READ | names)
 
 
 def _random_text(random: pd.DataFrame) -> pd.DataFrame:

@@ -25,6 +25,7 @@ from lawn_sb3.scenario import Scenario
 from tests.game.wanderer import Wanderer
 
 BETAS = st.floats(0.01, 0.95)
+HORIZONS = st.sampled_from(["completion", "deadline"])
 EVEN = PAPER.changed(num_uavs=1, path_loss_exponent=1e-12)
 """One UAV has the same rate everywhere: with these the bounds are worked out by hand."""
 
@@ -51,6 +52,7 @@ def bounds_of(scenario: Scenario, episodes: int, seed: int, figures: dict[str, f
     nav_weight=st.floats(0.0, 2.0),
     collision_penalty=st.floats(0.0, 2.0),
     rate_unit=st.sampled_from(["lone-uav", "mbps"]),
+    bias_horizon=HORIZONS,
 )
 def test_a_player_that_always_arrives_lies_within_the_bounds(seed: int, slots: int, **constants: float | str) -> None:
     scenario = PAPER.changed(**constants)
@@ -77,6 +79,22 @@ def test_bounds_by_hand() -> None:
     assert reward_bounds(scenario, legs, rate_mbps, 3.0, rate_mbps) == pytest.approx((2.5 + 1.541667, 2.5 + 1.75))
 
 
+def test_bounds_by_hand_where_the_bias_correction_runs_to_the_deadline() -> None:
+    # In units of the one rate R there is: with c(T) = 1 - 0.5^T and c(4) = 15/16, R-hat = c(T) / c(4) is 4/5 after 2
+    # slots, 14/15 after 3 and 1 after 4. So its mean of 14/15 in 3 slots is 3 slots, or 1/3 and 2/3 of 2 and 4, which
+    # take 10/3: too long. J = R-hat * (c(4) + 2/T) is 14/15 * (15/16 + 2/3) = 0.875 + 0.622222 alone.
+    scenario = EVEN.changed(ema_beta=0.5, max_slots=4, bias_horizon="deadline")
+    rate_mbps = rate_range_mbps(scenario)[0]
+    legs = Legs(np.array([[5.0]]), np.array([[2]]))
+    only = 2.5 + 0.875 + 0.622222
+    assert reward_bounds(scenario, legs, rate_mbps * 14 / 15, 3.0, rate_mbps) == pytest.approx((only, only))
+    # With 10/3 slots the mixture may be too: 1/3 * 4/5 * (15/16 + 1) + 2/3 * (15/16 + 1/2) = 1.475, which is less.
+    other = 2.5 + 4 / 15 * 31 / 16 + 2 / 3 * 23 / 16
+    assert reward_bounds(scenario, legs, rate_mbps * 14 / 15, 10 / 3, rate_mbps) == pytest.approx((other, only))
+    with pytest.raises(ValueError, match="no method has a mean rate"):
+        reward_bounds(scenario, legs, rate_mbps, 3.0, rate_mbps)  # it takes all 4
+
+
 def test_large_rates_meet_long_missions_at_the_upper_bound_by_hand() -> None:
     # The mean rate lies in the middle of the range: one of two UAVs has the largest. g(1, 1) = 1 - 0.9 + 1 = 1.1 and
     # g(2, 2) = 1 - 0.81 + 1 = 1.19.
@@ -97,8 +115,8 @@ def test_means_that_no_method_can_have_are_refused() -> None:
 @given(ema_beta=BETAS, min_slots=st.integers(1, 40), detour=st.integers(0, 60))
 def test_rate_counts_most_on_the_shortest_flight(ema_beta: float, min_slots: int, detour: int) -> None:
     least, slots = np.array([min_slots]), np.array([min_slots + detour])
-    weight = rate_weight(slots, least, ema_beta)[0]
-    assert weight <= rate_weight(least, least, ema_beta)[0] + 1e-12
+    scenario = PAPER.changed(ema_beta=ema_beta)
+    assert rate_weight(scenario, slots, least)[0] <= rate_weight(scenario, least, least)[0] + 1e-12
 
 
 def test_every_rate_lies_within_the_range() -> None:
@@ -115,7 +133,7 @@ def test_legs_are_those_of_the_evaluation_with_the_same_seed() -> None:
 
 
 @settings(max_examples=15)
-@given(slots=st.integers(0, 30), ema_beta=BETAS, bias_horizon=st.sampled_from(["completion", "deadline"]))
+@given(slots=st.integers(0, 30), ema_beta=BETAS, bias_horizon=HORIZONS)
 def test_no_player_that_arrives_exceeds_the_ceiling_of_the_rate(slots: int, **constants: float | str) -> None:
     scenario = PAPER.changed(**constants)
     figures = summarize(evaluate(Wanderer(slots), scenario, 10, seed=4))

@@ -189,9 +189,17 @@ def test_progress_counts_every_flight(result: Identification, calls: list[tuple[
 
 def test_json_holds_every_table_and_nothing_but_numbers_and_texts(result: Identification) -> None:
     content = json.loads(json.dumps(result.as_json(), allow_nan=False))
-    assert len(content["random"]) == len(candidates())
-    assert content["random"][0]["reward"] == pytest.approx(result.random["reward"].iloc[0])
+    random = pd.DataFrame(**content["random"])
+    assert len(random) == len(candidates())
+    assert random["reward"][0] == result.random["reward"][0]
     assert set(content["findings"]) == {candidate.constant for candidate in candidates()} | {"reward", "bounds"}
+
+
+def test_what_is_kept_gives_the_same_page_and_is_kept_the_same(result: Identification) -> None:
+    again = Identification.from_json(json.loads(result.as_text()))
+    assert as_markdown(again) == as_markdown(result)
+    assert again.as_text() == result.as_text()
+    assert "## Jointly" in as_markdown(again)
 
 
 def test_page_shows_every_candidate_with_its_verdict(result: Identification) -> None:
