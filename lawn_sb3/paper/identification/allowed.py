@@ -60,16 +60,21 @@ def joint_findings(games: pd.DataFrame) -> dict[str, str]:
         elif open_values:
             text = f"jointly not identified: in consistent games are {', '.join(open_values)}"
         found[name] = f"{text}; in none: {', '.join(never)}." if never else f"{text}."
-    return {**found, "constants": _constants(allowed)} if len(allowed) else found
+    return {**found, "constants": _constants(allowed, len(fitted))} if len(allowed) else found
 
 
-def _constants(allowed: pd.DataFrame) -> str:
+def _constants(allowed: pd.DataFrame, fitted: int) -> str:
     """Between which values the fitted constants lie, and mean T_min."""
-    ends = {name: [f"{end:.4g}" for end in (allowed[name].min(), allowed[name].max())] for name in (*FITTED, LEAST)}
-    ranges = [
-        f"{'mean T_min' if name == LEAST else name} {' to '.join(dict.fromkeys(both))}" for name, both in ends.items()
-    ]
-    return f"over the {len(allowed):,} consistent games: {', '.join(ranges)}."
+    ranges = [f"{name} {_span(allowed[name])}" for name in FITTED]
+    return (
+        f"over the {len(allowed):,} consistent games, of {fitted:,} that were fitted: {', '.join(ranges)}; mean T_min "
+        f"{_span(allowed[LEAST])} slots."
+    )
+
+
+def _span(values: pd.Series) -> str:
+    """From the least to the largest value."""
+    return " to ".join(dict.fromkeys(f"{end:.4g}" for end in (values.min(), values.max())))
 
 
 def success_by_reading(games: pd.DataFrame) -> pd.DataFrame:
@@ -155,8 +160,8 @@ def conclusion_findings(table: pd.DataFrame) -> dict[str, str]:
     beats = (table["straight_reward"] > printed.reward).sum()
     return {
         "straight flight": f"earns more than the {printed.reward:g} that the paper prints of CTDE-MAPPO in {beats} of "
-        f"{len(table)} games (J̄ {table['straight_reward'].min():.2f} to {table['straight_reward'].max():.2f}), with at "
-        f"least {table['straight_success_percent'].min():.1f} % success.",
+        f"{len(table)} games (J̄ {table['straight_reward'].min():.2f} to {table['straight_reward'].max():.2f}), with "
+        f"{_span(table['straight_success_percent'])} % success.",
         "heeding the loads": f"a planner that sees o_i alone earns more utility than straight flight in "
         f"{(sight > 0).sum()} of {len(table)} games, by {100 * sight.min():.0f} to {100 * sight.max():.0f} %.",
         "the network": f"joint flights for the welfare earn {100 * network.min():.0f} to {100 * network.max():.0f} % "

@@ -22,8 +22,9 @@ def as_markdown(result: Identification) -> str:
     parts = [
         "# What the paper's figures allow",
         "The paper leaves most constants of its game open, and its text can be read in more than one way. Which games "
-        f"are its figures consistent with? Each candidate game is flown by the Random player, which needs no training; "
-        f"{result.episodes:,} joint episodes, missions seed {result.seed}.",
+        "are its figures consistent with? Of each method its Table II prints the accumulated reward J̄, the corrected "
+        "rate R̂, the time T̄ until the last UAV is done, and success. Each candidate game is flown by the Random "
+        f"player, which needs no training: {result.episodes:,} joint episodes, missions seed {result.seed}.",
         *(_jointly(result) if len(result.games) else []),
         "## One at a time",
         f"Every open constant replaced by each candidate, **the others as in scenario `{PAPER.name}`**: what is ruled "
@@ -65,14 +66,20 @@ def _jointly(result: Identification) -> list[str]:
         f"must be such as could be meant: a link budget within {FAR_DB:g} dB of the preset's, weights from 0 to "
         f"{FAR_FACTOR:g} times the preset's. Games that pass are called consistent. None of them *is* the paper's "
         "game: that cannot be told.",
-        _list(result.joint_findings),
+        "The readings: a move out of the airspace ends at its border (clip), is refused (hover), or Random draws moves "
+        "that stay inside alone (feasible); a UAV that is done frees its RBs and its voxel (leaves) or keeps them "
+        "(stays); the destination counts at the end of a slot (slot-end) or on the way too (fly-through); GBSs stand "
+        "in the centres of their tiles (tile-centres) or in the corners of the airspace (corners); the bias correction "
+        "of R̂ runs to T_i (completion) or to T_max (deadline). In parentheses are numbers of games.",
+        _list({READ.get(name, name): text for name, text in result.joint_findings.items()}),
         f"Success (%) of Random, the paper's being {TABLE_II['Random'].success_percent:g}; bold: consistent, with at "
         "least one reading of the rest. It does not depend on the rates, nor on whether UAVs that are done leave. Mean "
         f"of {result.episodes:,} episodes; of {few:,} where these put success, T̄ or the least T̄ more than "
         f"{FAR_OFF_Z:g} standard errors off, so that nothing was fitted.",
         _table(success_by_reading(result.games), 1),
         "Examples: the preset, for each other reading the consistent game that departs least from the preset, and the "
-        "smallest and the largest airspace, with what was fitted.",
+        "smallest and the largest airspace, with what was fitted; beside the success z, its distance to the paper's in "
+        "standard errors.",
         _table(_example_text(result.games), 2),
         "What planners earn in these games: which conclusions need the preset, and which do not.",
         _table(_conclusion_text(result.conclusions), 2),
@@ -80,7 +87,7 @@ def _jointly(result: Identification) -> list[str]:
 
 
 def _list(findings: Mapping[str, str]) -> str:
-    return "\n".join(f"- **{READ.get(name, name)}**: {text}" for name, text in findings.items())
+    return "\n".join(f"- **{name}**: {text}" for name, text in findings.items())
 
 
 def _example_text(games: pd.DataFrame) -> pd.DataFrame:
