@@ -122,13 +122,13 @@ def identify_command(
     as_json: AsJson = False,
 ) -> None:
     """Which games the paper's figures allow: every open constant and reading, alone and jointly. Takes half an hour."""
-    found = None if kept is None else _read(kept / IDENTIFIED)
+    found = None if kept is None else (kept / IDENTIFIED, _read(kept / IDENTIFIED))
 
     import pandas as pd
 
     from lawn_sb3.paper.identification import as_markdown
 
-    result = _identified(episodes, seed, models, alone) if found is None else _kept(kept / IDENTIFIED, found)
+    result = _identified(episodes, seed, models, alone) if found is None else _kept(*found)
     if out is not None:
         out.mkdir(parents=True, exist_ok=True)
         write_text(out / "README.md", as_markdown(result))
