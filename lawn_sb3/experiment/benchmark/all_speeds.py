@@ -7,11 +7,12 @@ from typing import NamedTuple
 import pandas as pd
 import torch as th
 
-from lawn_sb3.experiment.benchmark.clock import Advance, peak_memory_mb
+from lawn_sb3.experiment.benchmark.clock import peak_memory_mb
 from lawn_sb3.experiment.benchmark.game_speed import against_plain, env_step_ms, growth, large_game
 from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
 from lawn_sb3.experiment.benchmark.training_speed import against_stock, learner_speeds, short_training, update_share
 from lawn_sb3.experiment.benchmark.vector_speed import vector_speeds
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.recipe import Method
 
 

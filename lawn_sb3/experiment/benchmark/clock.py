@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-Advance = Callable[[str, int], None]
-"""Called after each part of a measurement with what is being measured, and the number of its parts."""
+from lawn_sb3.experiment.plan_episodes import Advance
+
 ROUNDS = 10
 """Parts of a measurement that has none by itself."""
 

@@ -10,7 +10,8 @@ import numpy as np
 import pandas as pd
 
 from lawn_sb3.envs import LawnEnv
-from lawn_sb3.experiment.benchmark.clock import Advance, calls_per_second, exponent
+from lawn_sb3.experiment.benchmark.clock import calls_per_second, exponent
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import PRESETS, Scenario

@@ -4,7 +4,7 @@ import time
 
 import numpy as np
 
-from lawn_sb3.experiment.benchmark.clock import Advance
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.planning import WelfarePlayer
 from lawn_sb3.planning.best_response import best_response

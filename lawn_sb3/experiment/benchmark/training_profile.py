@@ -12,9 +12,9 @@ from unittest.mock import patch
 import pandas as pd
 import torch as th
 
-from lawn_sb3.experiment.benchmark.clock import Advance
 from lawn_sb3.experiment.benchmark.training_speed import first_methods
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS

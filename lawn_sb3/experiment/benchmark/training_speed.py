@@ -17,11 +17,12 @@ from stable_baselines3.common.utils import set_random_seed
 from torch import nn
 
 from lawn_sb3.envs import LawnEnv, Observer
-from lawn_sb3.experiment.benchmark.clock import Advance, calls_per_second
+from lawn_sb3.experiment.benchmark.clock import calls_per_second
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.measures import summarize
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.game.player import Player

@@ -3,7 +3,8 @@
 import numpy as np
 
 from lawn_sb3.envs import make_vec_env
-from lawn_sb3.experiment.benchmark.clock import Advance, calls_per_second
+from lawn_sb3.experiment.benchmark.clock import calls_per_second
+from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.scenario import PRESETS
 
 NUM_GAMES = 64
