@@ -41,6 +41,8 @@ def bench(
 ) -> None:
     """Measure the speed of simulator, environments, planning and learning, on one core."""
     methods = load_recipe(shipped_recipe(PAPER_RECIPE)).methods
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)  # before minutes are spent
 
     from lawn_sb3.experiment.benchmark import benchmark, training_profile
     from lawn_sb3.experiment.provenance import provenance

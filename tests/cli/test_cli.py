@@ -9,9 +9,11 @@ import sys
 import time
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from lawn_sb3.cli.commands import app
+from lawn_sb3.experiment.benchmark import Speeds
 from lawn_sb3.experiment.registry import PLANNERS, REPOSITORY
 from lawn_sb3.scenario import PRESETS, load_scenario
 from tests.cli.running import MAPPO, METHODS, QUICK, Lawn, recipe
@@ -120,6 +122,20 @@ def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -
 
 def interrupted(*_: object, **__: object) -> None:
     raise KeyboardInterrupt
+
+
+def test_bench_keeps_what_it_measured_in_a_folder_that_it_makes(
+    lawn: Lawn, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    row = {"grows": "games", "num_uavs": 4, "num_gbs": 4, "build_s": 0.1, "exponent": 1.0}
+    growth = pd.DataFrame([{**row, "num_games": n, "agent_steps_per_s": 1e6 * n} for n in (1, 2)])
+    speeds = Speeds({"simulator_ratio": 300.0}, growth)
+    monkeypatch.setattr("lawn_sb3.experiment.benchmark.benchmark", lambda methods, quick, advance: speeds)
+    lawn("bench", "--quick", "--out", str(tmp_path / "a" / "b"))
+    kept = json.loads((tmp_path / "a" / "b" / "bench.json").read_text("utf-8"))
+    assert (kept["figures"], kept["quick"], len(kept["growth"])) == ({"simulator_ratio": 300.0}, True, 2)
+    assert {"versions", "hardware", "commit"} <= set(kept)
+    assert (tmp_path / "a" / "b" / "growth.png").stat().st_size > 0
 
 
 @pytest.mark.parametrize(
