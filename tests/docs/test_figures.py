@@ -283,6 +283,22 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
         f"in {success['iql']:.0f} %, far below the paper's {printed['iql']} %",
     )
     assert all(abs(success[key] - printed[key]) > 10.0 for key in success if key != "random")
+    curves = {
+        key: pd.read_csv(REPOSITORY / f"runs/reference/defaults/{key}/seed-0/progress.csv").dropna(
+            subset="greedy/success_percent"
+        )
+        for key in ("iql", "qmix")
+    }
+    iql = {round(row["time/env_steps"] / 1e3): row for _, row in curves["iql"].iterrows()}
+    qmix = curves["qmix"]["greedy/success_percent"]
+    says(
+        "docs/results.md",
+        f"greedy success of IQL is {iql[50]['greedy/success_percent']:.0f} % after 50 K env steps",
+        f"between 75 K ({iql[75]['greedy/success_percent']:.0f} %, J̄ {iql[75]['greedy/reward']:.2f}) and 80 K "
+        f"({iql[80]['greedy/success_percent']:.0f} %, J̄ {iql[80]['greedy/reward']:.2f})",
+        f"that of QMIX falls from {qmix.max():.0f} % to {qmix.iloc[-1]:.0f} %",
+    )
+    assert curves["iql"]["greedy/rate_mbps"].max() < 44.46 - 2.0
 
 
 def test_the_games_that_the_papers_figures_allow() -> None:
