@@ -1,7 +1,9 @@
 """How the simulator's cost grows, as a figure."""
 
 import pandas as pd
+import seaborn as sns
 from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
 
 from lawn_sb3.report.style import use_house_style
 
@@ -21,15 +23,18 @@ def growth_figure(growth: pd.DataFrame) -> Figure:
     :return: the figure
     """
     use_house_style()
-    figure = Figure(figsize=(7, 4), layout="constrained")
+    figure = Figure(figsize=(7, 5.5), layout="constrained")
     ax = figure.subplots()
-    for (grows, own), marker in zip(growth.groupby("grows", sort=False), "osD^", strict=False):
+    palette = sns.color_palette("colorblind")
+    for (grows, own), marker, colour in zip(growth.groupby("grows", sort=False), "osD^", palette, strict=False):
         exponent = own["exponent"].iloc[0]
         label = f"{grows} ({FIXED[str(grows)]}): cost of a slot grows as size$^{{{exponent:.2f}}}$"
-        ax.plot(own[SIZES[str(grows)]], own["agent_steps_per_s"] / 1e6, marker=marker, label=label)
+        ax.plot(own[SIZES[str(grows)]], own["agent_steps_per_s"] / 1e6, marker=marker, color=colour, label=label)
     ax.set_xscale("log", base=2)
     ax.set_yscale("log")
+    for axis in (ax.xaxis, ax.yaxis):
+        axis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     ax.set_xlabel("number of what grows")
-    ax.set_ylabel("million agent steps a second, one core")
+    ax.set_ylabel("million agent steps a second")
     figure.legend(loc="outside lower center", frameon=False)
     return figure

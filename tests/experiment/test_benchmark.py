@@ -1,12 +1,13 @@
 """The benchmark measures what it says, and says how far it is; no speed is tested."""
 
 from collections import Counter
+from functools import partial
 
 import numpy as np
 import pytest
 
 from lawn_sb3.experiment.benchmark import training_speed
-from lawn_sb3.experiment.benchmark.clock import calls_per_second
+from lawn_sb3.experiment.benchmark.clock import calls_per_second, peak_memory_mb
 from lawn_sb3.experiment.benchmark.game_speed import against_plain, crowded, env_step_ms, growth
 from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
 from lawn_sb3.experiment.benchmark.training_profile import PARTS, REST, OwnTime, training_profile
@@ -49,6 +50,12 @@ def test_what_takes_longer_is_done_less_often_in_a_second(parts: Parts) -> None:
     often, seldom = calls_per_second([short, long], 0.05, parts, "sorting")
     assert often > seldom > 0.0
     assert parts.told == {"sorting": 10}
+
+
+def test_the_memory_of_a_job_is_its_own_and_not_that_of_who_asks() -> None:
+    np.ones(100_000_000)  # 800 MB, here
+    small, large = (peak_memory_mb(partial(np.ones, numbers)) for numbers in (1, 50_000_000))
+    assert large - small == pytest.approx(400e6 / 2**20, rel=0.1)
 
 
 def test_the_simulator_is_held_against_a_plain_environment(parts: Parts) -> None:

@@ -1,9 +1,10 @@
 """Timing: what is compared is measured in turn, in one process, so that a busy machine slows both."""
 
+import math
 import multiprocessing
-import resource
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def peak_memory_mb(job: Callable[[], object]) -> float:
     """The most memory that a process of its own takes for a job.
 
     :param job: a function of a module
-    :return: peak resident memory in MB, that of Python and the libraries included
+    :return: peak resident memory in MB, that of Python and the libraries included; not a number where there is no /proc
     """
     with multiprocessing.get_context("spawn").Pool(1) as pool:
         return pool.apply(_resident_after, (job,))
@@ -57,4 +58,7 @@ def peak_memory_mb(job: Callable[[], object]) -> float:
 
 def _resident_after(job: Callable[[], object]) -> float:
     job()
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
+    # Not getrusage, whose peak a process takes over from the one that started it.
+    status = Path("/proc/self/status")
+    lines = status.read_text(encoding="utf-8").splitlines() if status.exists() else []
+    return next((float(line.split()[1]) / 1024.0 for line in lines if line.startswith("VmHWM:")), math.nan)
