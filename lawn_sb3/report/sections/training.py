@@ -21,7 +21,7 @@ from lawn_sb3.results.results import Results
 DRAWN = {"reward": "mean episode reward", "success_percent": "mission success (%)"}
 ZOOMED = {
     "success_percent": "from 90 % on",
-    "utility_mbps": "utility near straight flight's",
+    "utility_mbps": "utility",
 }
 """Quantities of greedy play that are drawn where the learners differ, and what part of them."""
 SUCCESS = (-2.0, 102.0)
@@ -42,9 +42,10 @@ CAPTION = (
     f"(a, b) Missions flown in training, {WINDOW}-point window. A mission that fails takes T_max slots to end and "
     "short ones end often, so these panels count too few failures; they begin once the first mission can have failed. "
     "(c, d) Greedy play on missions apart from the test's, not smoothed; it has no such bias. Rewards below -5 are on "
-    "a logarithmic scale. (e, f) Greedy play where the learners differ, on axes that are cut (//): success from 90 % "
-    "on, and utility after the first quarter of the training. Bands: 95 % bootstrap interval of the mean over seeds. "
-    "Dashed: players that do not learn, on the test missions; of the planners only one, which (f) leaves out."
+    "a logarithmic scale. Bottom: greedy play where the learners differ, on axes that are cut (//): success from 90 % "
+    "on, if any gets there, and utility after the first quarter of the training. Bands: 95 % bootstrap interval of the "
+    "mean over seeds. Dashed: players that do not learn, on the test missions; of the planners only one, which the "
+    "utility leaves out."
 )
 DIAMONDS = " Diamonds: the paper's values after training."
 
@@ -64,7 +65,7 @@ def section(results: Results) -> Section | None:
 def _figure(results: Results) -> Figure:
     """Reward and success against env steps, of training missions and of greedy play, and that once more close by."""
     use_house_style()
-    zoomed = {name: text for name, text in ZOOMED.items() if f"greedy/{name}" in results.curves}
+    zoomed = _zoomed(results)
     figure = Figure(figsize=(10, 7 + 3.3 * bool(zoomed)), layout="constrained")
     axes = figure.subplots(len(SOURCES) + bool(zoomed), len(DRAWN), sharex=True)
     palette, letters = colours(results.recipe.methods), iter("abcdef")
@@ -89,14 +90,17 @@ def _figure(results: Results) -> Figure:
         _draw_curves(ax, results, f"greedy/{quantity}", 1, palette)
         _draw_untrained(ax, results, quantity, palette, without=PLANNED if quantity != "success_percent" else None)
         ax.set_ylim(*(HIGH_SUCCESS if quantity == "success_percent" else _settled(results, f"greedy/{quantity}")))
-        mark_cut(ax, y=True)
+        if ax.get_ylim()[0] > 0.0:
+            mark_cut(ax, y=True)
         ax.set_title(f"({next(letters)}) actions greedy, {close_by}")
         ax.set_ylabel(DRAWN.get(quantity) or QUANTITIES[quantity].axis_label)
-    for ax in axes[-1, len(zoomed) or len(DRAWN) :]:
-        ax.remove()
+    lowest = list(axes[-1])
+    for column in range(len(zoomed) or len(DRAWN), len(DRAWN)):
+        axes[-1, column].remove()
+        lowest[column] = axes[-2, column]
     for ax in figure.axes:
-        last = ax.get_subplotspec().is_last_row()  # type: ignore[union-attr]
-        ax.set_xlabel(ENV_STEPS if last else "")
+        ax.set_xlabel(ENV_STEPS if ax in lowest else "")
+        ax.tick_params(labelbottom=ax in lowest)
         in_thousands(ax)
     handles = [
         Line2D([], [], color=palette[key], label=method.label, linestyle="--" if method.player else "-")
@@ -108,13 +112,30 @@ def _figure(results: Results) -> Figure:
     return figure
 
 
+def _zoomed(results: Results) -> dict[str, str]:
+    """Quantities that are drawn close by: success only if some learner's, once settled, is high on average."""
+    zoomed = {name: text for name, text in ZOOMED.items() if f"greedy/{name}" in results.curves}
+    if "success_percent" in zoomed:
+        success = _late_means(results, "greedy/success_percent").groupby("method").mean()
+        if not (success >= HIGH_SUCCESS[0]).any():
+            del zoomed["success_percent"]
+    return zoomed
+
+
 def _settled(results: Results, column: str) -> tuple[float, float]:
     """The range of a column's means over seeds once trainings have settled, and some room around it."""
+    means = _late_means(results, column)
+    room = 0.1 * (means.max() - means.min()) + 0.5
+    low = means.min() - room
+    return float(low if low > 0.0 or means.min() < 0.0 else 0.0), float(means.max() + room)
+
+
+def _late_means(results: Results, column: str) -> pd.Series:
+    """A column's means over seeds by method and env steps, once trainings have settled."""
     curves = results.curves.dropna(subset=[column])
     late = curves[curves["time/env_steps"] >= SETTLED * curves["time/env_steps"].max()]
-    means = late.groupby(["method", "time/env_steps"])[column].mean()
-    room = 0.1 * (means.max() - means.min()) + 0.5
-    return float(means.min() - room), float(means.max() + room)
+    means: pd.Series = late.groupby(["method", "time/env_steps"])[column].mean()
+    return means
 
 
 def _drawn(results: Results) -> dict[str, Method]:

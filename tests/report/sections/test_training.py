@@ -46,8 +46,11 @@ def test_panels_have_letters_of_their_own_and_close_ups_are_marked_as_cut() -> N
     assert cut[0].get_ylim()[0] == 90.0
     assert cut[1].get_ylim() == (29.5, 30.5)  # after the first quarter
     assert figure.axes[2].get_ylim()[0] <= -50.0  # nothing is cut off
+    results.curves["greedy/success_percent"] = [99.0, 50.0]
+    (close_by,) = picture_in(section(results), "fig2_convergence").figure.axes[4:]
+    assert close_by.get_title() == "(e) actions greedy, utility"  # nobody stayed above 90 %
     bare = picture_in(section(results_with(*PLAYERS)), "fig2_convergence").figure
-    assert len(bare.axes) == 5  # no utilities were recorded
+    assert len(bare.axes) == 4  # no utilities were recorded, and success is 50 %
 
 
 def test_only_in_its_own_game_are_the_papers_values_marked() -> None:
