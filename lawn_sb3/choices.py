@@ -8,6 +8,8 @@ from typing import Literal, get_args
 from lawn_sb3.errors import UserError
 from lawn_sb3.scenario import Scenario
 
+MOST_EPISODES = 1_000_000
+"""Joint episodes at a time; rows of all of them are held in memory."""
 Continuation = Literal["mission", "episode"]
 """How UAVs that are done go on: with a mission of their own at once, or with a new game once all of theirs are done."""
 RewardTerm = Literal["rate", "nav", "col", "term"]

@@ -2,16 +2,30 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, ValidationError
 from pydantic_core import ErrorDetails
 
 from lawn_sb3.errors import UserError, unknown_name
 
 Model = TypeVar("Model", bound=BaseModel)
 
+
+def _no_switch(value: Any) -> Any:
+    if isinstance(value, bool):  # Python would count true as 1
+        raise ValueError("must be a number")
+    return value
+
+
+Number = Annotated[float, BeforeValidator(_no_switch)]
+"""A number; YAML takes ``1e-3`` for text, so that is one too."""
+Whole = Annotated[int, Field(strict=True)]
+"""A whole number, neither text nor true."""
+
+MERGE = "tag:yaml.org,2002:merge"
+"""Of the key ``<<``."""
 IN_YAML = {
     "dict_type": "keys and values",
     "model_type": "keys and values",
@@ -29,6 +43,18 @@ IN_YAML = {
 """What a value should be, by pydantic's kind of complaint, in the words of those who write YAML."""
 
 
+class _NoKeyTwice(yaml.SafeLoader):
+    """PyYAML's loader, which lets the last of equal keys win, but for that."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value if key.tag != MERGE]
+        for k, key in enumerate(keys):
+            if key in keys[:k]:
+                raise yaml.constructor.ConstructorError(problem=f"key {key!r} twice", problem_mark=node.start_mark)
+        mapping: dict[Any, Any] = super().construct_mapping(node, deep)
+        return mapping
+
+
 def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
     """Read a YAML file that must hold a mapping.
 
@@ -38,7 +64,7 @@ def read_yaml_mapping(path: Path, what: str) -> dict[str, Any]:
     :raises UserError: if the file cannot be read, is not YAML, or holds no mapping
     """
     try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_NoKeyTwice)
     except OSError as error:
         raise UserError(f"{what} file {str(path)!r} cannot be read: {error.strerror}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:  # a date that does not exist is a ValueError
@@ -115,6 +141,8 @@ def _first_complaint(error: ValidationError, model: type[BaseModel]) -> str:
 
 def _complaint(error: ErrorDetails) -> str:
     """One complaint, in the words of those who write YAML."""
+    if error["type"] == "too_short":
+        return f"must hold at least {error['ctx']['min_length']}"
     if error["type"] in IN_YAML:
         return f"must be {IN_YAML[error['type']]}"
     return error["msg"].removeprefix("Value error, ").replace("Input should be", "must be")

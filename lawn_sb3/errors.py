@@ -24,7 +24,7 @@ def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = 
     options = sorted(known)
     near = difflib.get_close_matches(name, options, n=1)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
-    return UserError(f"unknown {what} {path or repr(name)}{hint}; known: {', '.join(options)}")
+    return UserError(f"unknown {what} {path or repr(name)}{hint}; known: {', '.join(options) or 'none'}")
 
 
 def said(error: BaseException) -> str:

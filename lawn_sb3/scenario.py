@@ -18,6 +18,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 from lawn_sb3.config import parse_overrides, read_yaml_mapping, validated
 from lawn_sb3.errors import unknown_name
 
+MOST_GBS = 10_000
 MOST_RBS = 1_000_000
 MOST_SLOTS = 1_000_000
 MOST_VOXELS = 10_000_000
@@ -158,6 +159,8 @@ class Scenario(BaseModel):
             return f"gbs_grid = {self.gbs_grid}: columns and rows must be at least 1"
         if self.gbs_positions_m is not None and not self.gbs_positions_m:
             return "gbs_positions_m must hold at least one position (x, y, z) in metres"
+        if self.num_gbs > MOST_GBS:
+            return f"{self.num_gbs} GBSs: at most {MOST_GBS}"
         counts = self.rbs_per_gbs if isinstance(self.rbs_per_gbs, tuple) else (self.rbs_per_gbs,)
         if not counts or min(counts) < 1 or max(counts) > MOST_RBS:
             return f"rbs_per_gbs = {self.rbs_per_gbs}: every GBS needs 1 to {MOST_RBS} RBs"

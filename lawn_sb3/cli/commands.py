@@ -14,7 +14,7 @@ from typer.core import TyperGroup
 from lawn_sb3 import __version__
 from lawn_sb3.cli import models, plans, recipes, tools, train
 from lawn_sb3.cli.console import fail
-from lawn_sb3.errors import FailedRunsError, UserError
+from lawn_sb3.errors import FailedRunsError, UserError, first_line
 
 
 class Commands(TyperGroup):
@@ -67,5 +67,7 @@ def run() -> None:
         fail(str(error), 2)
     except FailedRunsError as error:
         fail(f"{error}; finished runs are kept, the same command resumes the others", 1)
+    except MemoryError as error:
+        fail(f"not enough memory: {first_line(error)}; what is finished is kept", 1)
     except OSError as error:
         fail(f"{error.strerror or error}: {error.filename or 'a file'}; what is finished is kept", 1)

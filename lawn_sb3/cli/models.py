@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from lawn_sb3.choices import MOST_EPISODES
 from lawn_sb3.cli.console import AsJson, Changes, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
@@ -24,7 +25,7 @@ def evaluate_command(
         str | None, typer.Option(help="preset or YAML file; default: the run's own, or paper for a player")
     ] = None,
     changes: Changes = [],  # noqa: B006
-    episodes: Annotated[int, typer.Option(min=1, help="joint episodes")] = 200,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST_EPISODES, help="joint episodes")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
     sample: Annotated[bool, typer.Option("--sample", help="sample actions instead of taking the likeliest")] = False,
     rows_file: Annotated[

@@ -8,6 +8,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
+from lawn_sb3.choices import MOST_EPISODES
 from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, print_figures, progress, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, check_planner, check_player, find_player, make_planner
@@ -25,7 +26,7 @@ def plan(
     player: Annotated[str, typer.Option(help=f"planner: {', '.join(PLANNERS)}")],
     scenario: ScenarioName = "paper",
     changes: Changes = [],  # noqa: B006
-    episodes: Annotated[int, typer.Option(min=1, help="joint episodes")] = 200,
+    episodes: Annotated[int, typer.Option(min=1, max=MOST_EPISODES, help="joint episodes")] = 200,
     seed: Annotated[int, typer.Option(min=0, help="picks the missions: the same for every player")] = 20_000,
     slack: Annotated[
         int | None,

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
+from lawn_sb3.choices import MOST_EPISODES
 from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, progress, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import load_recipe
@@ -109,7 +110,9 @@ def scenario_command(
 
 @app.command("identify")
 def identify_command(
-    episodes: Annotated[int, typer.Option(min=1, help="joint episodes of the Random player a candidate")] = 2_000,
+    episodes: Annotated[
+        int, typer.Option(min=1, max=MOST_EPISODES, help="joint episodes of the Random player a candidate")
+    ] = 2_000,
     seed: Annotated[int, typer.Option(min=0, help="picks the missions")] = 50_000,
     models: Annotated[
         Path, typer.Option(help="runs of the paper's methods, whose trained players are asked too")

@@ -34,7 +34,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     :param scenario: the constants of the game; the preset ``paper`` by default
     :param timeout: whether missing the deadline terminates a UAV, as Eq. (18), eq:terminal, has it, or truncates it
     :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, or none
-    :raises UserError: if the render mode is unknown
+    :raises UserError: if the render mode is unknown, or the scenario is none
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -51,6 +51,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
+        if not isinstance(scenario, Scenario):
+            raise UserError(f"scenario {scenario!r} is no Scenario; load_scenario(NAME) makes one")
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
         self.render_mode = render_mode
@@ -88,6 +90,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
             warnings.warn(f"reset option {key!r} is unknown and ignored; known: 'missions'", stacklevel=2)
         if missions is not None:
             missions = _read_missions(missions)
+        if seed is not None and not isinstance(seed, int | np.integer):
+            raise UserError(f"seed = {seed!r}: a whole number from 0 up")
         self.simulator.reset(seed=seed, missions=missions)
         self.agents = list(self.possible_agents)
         self._trail = []
@@ -100,9 +104,11 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
         :param actions: one action per UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
-        :raises UserError: if an action is missing or not allowed
+        :raises UserError: if an action is missing or not allowed, or no UAV is in the air
         """
         flew = self.agents
+        if not flew:
+            raise UserError("no UAV is in the air: reset() starts a game")
         missing = [agent for agent in flew if agent not in actions]
         if missing:
             raise UserError(f"no action for {', '.join(missing)}: every UAV in the air needs one")

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from lawn_sb3.choices import Continuation, Credit, RewardTerm, check_fewest
-from lawn_sb3.config import read_yaml_mapping, validated
+from lawn_sb3.choices import MOST_EPISODES, Continuation, Credit, RewardTerm, check_fewest
+from lawn_sb3.config import Whole, read_yaml_mapping, validated
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.experiment.policy_places import locate
 from lawn_sb3.experiment.registry import ALGORITHMS, check_player, find_algorithm
@@ -15,6 +15,7 @@ from lawn_sb3.experiment.settings import check_settings
 from lawn_sb3.scenario import FILE_ENDINGS, PRESETS, Scenario, load_scenario
 
 SHARED = "shared network"
+MOST_ENV_STEPS = 10**12
 
 
 class Evaluation(BaseModel):
@@ -22,16 +23,16 @@ class Evaluation(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    episodes: int = Field(200, ge=1, description="joint episodes per seed")
-    seed: int = Field(20_000, ge=0, description="picks the test missions, the same for every method and seed")
+    episodes: Whole = Field(200, ge=1, le=MOST_EPISODES, description="joint episodes per seed")
+    seed: Whole = Field(20_000, ge=0, description="picks the test missions, the same for every method and seed")
     deterministic: bool = Field(True, description="greedy actions, as in the paper; otherwise sampled")
-    record_every: int = Field(1_000, ge=1, description="env steps between two rows of progress.csv, at least")
-    watch_every: int = Field(5_000, ge=1, description="env steps between two greedy evaluations during training")
-    watch_episodes: int = Field(100, ge=1, description="joint episodes of each")
-    watch_seed: int = Field(
+    record_every: Whole = Field(1_000, ge=1, description="env steps between two rows of progress.csv, at least")
+    watch_every: Whole = Field(5_000, ge=1, description="env steps between two greedy evaluations during training")
+    watch_episodes: Whole = Field(100, ge=1, le=MOST_EPISODES, description="joint episodes of each")
+    watch_seed: Whole = Field(
         10_000, ge=0, description="picks the missions watched during training, apart from the test's"
     )
-    traced_episodes: int = Field(4, ge=0, description="joint episodes whose paths are kept")
+    traced_episodes: Whole = Field(4, ge=0, description="joint episodes whose paths are kept")
 
 
 class Method(BaseModel):
@@ -46,18 +47,18 @@ class Method(BaseModel):
     player: str | None = Field(None, description="a player without training")
     algo: str | None = Field(None, description="an algorithm")
     policy: str | None = Field(None, description="its policy: NAME of policies/NAME.py, or package.module:Class")
-    env_steps: int = Field(0, ge=0, description="training budget: joint slots of one game")
-    num_games: int = Field(64, ge=1, le=100_000, description="games played side by side in training")
+    env_steps: Whole = Field(0, ge=0, le=MOST_ENV_STEPS, description="training budget: joint slots of one game")
+    num_games: Whole = Field(64, ge=1, le=100_000, description="games played side by side in training")
     continuation: Continuation = Field("mission", description="how UAVs that are done go on in training")
     settings: dict[str, Any] = Field({}, description="keyword arguments of the algorithm; lin_X anneals X to 0")
     without_reward: tuple[RewardTerm, ...] = Field(
         (), description="terms of the reward that training leaves out; the evaluation counts them all"
     )
-    slack: int | None = Field(
+    slack: Whole | None = Field(
         None, ge=0, description="in-time moves alone, in training and play: arrival by T_min and so many slots"
     )
     credit: Credit = Field("own", description="whose reward training gives a UAV")
-    fewest_uavs: int | None = Field(
+    fewest_uavs: Whole | None = Field(
         None, ge=1, description="train in games of so many to N UAVs, drawn anew for each; in N without a number"
     )
     baseline: str | None = Field(None, description="method of the same recipe that this one is an ablation of")
@@ -107,8 +108,10 @@ class Scaling(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    num_uavs: tuple[Annotated[int, Field(ge=1)], ...] = Field(min_length=1, description="numbers of UAVs N to fly with")
-    episodes: int = Field(100, ge=1, description="joint episodes for each N and seed")
+    num_uavs: tuple[Annotated[Whole, Field(ge=1)], ...] = Field(
+        min_length=1, description="numbers of UAVs N to fly with"
+    )
+    episodes: Whole = Field(100, ge=1, le=MOST_EPISODES, description="joint episodes for each N and seed")
     methods: tuple[str, ...] = Field(min_length=1, description="methods of the recipe to fly")
 
 
@@ -124,7 +127,7 @@ class Recipe(BaseModel):
     variants: dict[str, tuple[str, ...]] = Field(
         {}, description="changed games: a name and further changes key=value; all methods are run on each"
     )
-    seeds: tuple[int, ...] = Field(min_length=1, description="one cell for each method and seed")
+    seeds: tuple[Whole, ...] = Field(min_length=1, description="one cell for each method and seed")
     evaluation: Evaluation = Evaluation()
     methods: dict[str, Method] = Field(min_length=1)
     scaling: Scaling | None = Field(None, description="which methods are also flown with other numbers of UAVs")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from lawn_sb3.config import read_yaml_mapping, validated
+from lawn_sb3.config import Whole, read_yaml_mapping, validated
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import Method, check_policies, parse_method, read_recipe
 
@@ -17,13 +17,13 @@ class Search(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     recipe: str = Field("paper.yaml", description="recipe beside this file that holds the methods")
-    trials: int = Field(12, ge=1, description="settings tried for each method with the first seed, at least")
+    trials: Whole = Field(12, ge=1, description="settings tried for each method with the first seed, at least")
     cpu_minutes: float = Field(0.0, ge=0, description="CPU time given to them, for each method, at least")
-    finalists: int = Field(1, ge=1, description="how many of them, the best, are trained with all seeds")
-    env_steps: int = Field(50_000, ge=1, description="budget of a training")
-    seeds: tuple[int, ...] = Field((100,), min_length=1, description="seeds of trainings; none is reported")
-    episodes: int = Field(200, ge=1, description="joint episodes each training is scored on")
-    missions_seed: int = Field(30_000, ge=0, description="picks their missions, apart from the test's")
+    finalists: Whole = Field(1, ge=1, description="how many of them, the best, are trained with all seeds")
+    env_steps: Whole = Field(50_000, ge=1, description="budget of a training")
+    seeds: tuple[Whole, ...] = Field((100,), min_length=1, description="seeds of trainings; none is reported")
+    episodes: Whole = Field(200, ge=1, description="joint episodes each training is scored on")
+    missions_seed: Whole = Field(30_000, ge=0, description="picks their missions, apart from the test's")
     space: dict[str, dict[str, list[Setting]]] = Field(
         min_length=1, description="method: setting: values in order; the first is the recipe's where that names none"
     )
@@ -49,6 +49,9 @@ def load_search(path: Path) -> tuple[Search, dict[str, Method]]:
         for setting, choices in search.space[key].items():
             for choice in choices:
                 values = recipe.methods[key].model_dump()
-                parse_method({**values, "settings": {**values["settings"], setting: choice}})
+                try:
+                    parse_method({**values, "settings": {**values["settings"], setting: choice}})
+                except UserError as error:
+                    raise UserError(f"{path}: space.{key}: {error}") from None
     check_policies(recipe, recipe_path)
     return search, {key: recipe.methods[key] for key in search.space}

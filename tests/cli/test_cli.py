@@ -72,7 +72,7 @@ def test_one_method_of_a_recipe_can_be_trained_alone_and_reproduce_takes_the_run
 
 
 def test_a_failed_run_leaves_the_others_finished_and_status_1(lawn: Lawn, tmp_path: Path) -> None:
-    bad = {**MAPPO, "label": "Bad", "settings": {"target_kl": "abc"}}
+    bad = {**MAPPO, "label": "Bad", "settings": {**MAPPO["settings"], "learning_rate": 1e30}}
     done = lawn("reproduce", recipe(tmp_path, methods={**METHODS, "bad": bad}, seeds=[0]), status=1)
     assert "bad seed 0" in done.err
     assert "Traceback" not in done.err

@@ -277,3 +277,26 @@ def test_nothing_is_drawn_unless_asked_for() -> None:
     assert corridor_env().render() is None
     with pytest.raises(UserError, match=r"'human'.*ansi, rgb_array"):
         LawnEnv(CORRIDOR, render_mode="human")  # type: ignore[arg-type]
+
+
+def test_nobody_flies_before_a_reset_or_after_the_end() -> None:
+    env = LawnEnv(PRESETS["tiny"])
+    with pytest.raises(UserError, match="no UAV is in the air: reset"):
+        env.step(dict.fromkeys(env.possible_agents, 0))
+    env.reset(seed=0)
+    while env.agents:
+        env.step(dict.fromkeys(env.agents, 0))
+    with pytest.raises(UserError, match="no UAV is in the air: reset"):
+        env.step({})
+
+
+@pytest.mark.parametrize("scenario", ["paper", {"num_uavs": 2}, None])
+def test_what_is_no_scenario_is_refused_with_how_to_make_one(scenario: Any) -> None:
+    with pytest.raises(UserError, match=r"is no Scenario; load_scenario\(NAME\) makes one"):
+        LawnEnv(scenario)
+
+
+@pytest.mark.parametrize("seed", ["x", 1.5, -1])
+def test_a_seed_is_a_whole_number(seed: Any) -> None:
+    with pytest.raises(UserError, match="a whole number from 0 up"):
+        LawnEnv(PRESETS["tiny"]).reset(seed=seed)

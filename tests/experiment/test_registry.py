@@ -22,6 +22,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.evaluation import flies_alone
 from lawn_sb3.experiment.find_policy import find_policy
 from lawn_sb3.experiment.registry import ALGORITHMS, PLAYERS, algorithm_for, classes_of, find_algorithm, find_player
+from lawn_sb3.experiment.settings import Bounds
 
 FITS: dict[type[BasePolicy], tuple[str, type]] = {
     ActorCriticPolicy: ("mappo", MAPPO),
@@ -91,3 +92,7 @@ def test_what_is_known_of_a_player_before_it_is_imported_is_what_its_class_says(
     player, known = find_player(name), PLAYERS[name]
     assert tuple(inspect.signature(type(player)).parameters) == known.settings
     assert flies_alone(player) == known.flies_alone
+
+
+def test_every_setting_of_an_algorithm_has_bounds_and_no_other() -> None:
+    assert set(Bounds.model_fields) == set().union(*(one.settings for one in ALGORITHMS.values()))
