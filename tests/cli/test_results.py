@@ -110,7 +110,7 @@ def test_identify_writes_the_page_again_from_what_it_kept(lawn: Lawn) -> None:
 
 def test_a_training_that_fails_ends_with_one_line_and_status_1(lawn: Lawn) -> None:
     small = ["--env-steps", "128", "--num-games", "2", *QUICK, "--set", "max_slots=20", "--no-progress"]
-    said = lawn("train", *small, "-params", "target_kl=abc", "--out", "bad", status=1).err
+    said = lawn("train", *small, "-params", "learning_rate=1e30", "--out", "bad", status=1).err
     assert "training in 'bad' failed" in said
     assert "Traceback" not in said
 
