@@ -1,5 +1,6 @@
 """Writing files so that each is there whole or not at all, also when the disk is full or the writer is ended."""
 
+import errno
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -13,8 +14,11 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     :param path: the file
     :return: where to write; moved into place at the end, and removed on failure
+    :raises OSError: if it cannot be written, or what is there is no file: a folder, a device, a pipe
     """
     target = path.resolve()  # what a link points to is written, the link stays
+    if target.exists() and not target.is_file():
+        raise OSError(errno.EEXIST, "There is something else than a file", str(path))
     part = target.with_name(f"part-{path.name}")
     try:
         yield part

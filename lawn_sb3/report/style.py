@@ -16,6 +16,7 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from lawn_sb3.results.statistics import Interval
+from lawn_sb3.whole_files import whole_file
 
 LineStyle = str | tuple[float, tuple[float, ...]]
 
@@ -120,7 +121,8 @@ def use_house_style() -> None:
 def save(figure: Figure, folder: Path, name: str, endings: Iterable[str] = (".png", ".pdf")) -> None:
     """Save a figure under a file name without ending; equal figures give equal bytes."""
     for ending in endings:
-        figure.savefig(folder / f"{name}{ending}", metadata=dict.fromkeys(DATED[ending]))
+        with whole_file(folder / f"{name}{ending}") as part:
+            figure.savefig(part, metadata=dict.fromkeys(DATED[ending]))
 
 
 def title_of(ax: Axes, label: str, colour: str, height: float = 1.0) -> None:
