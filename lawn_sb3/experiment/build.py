@@ -12,6 +12,7 @@ from lawn_sb3.envs.observation import EXTRAS
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.find_policy import find_policy
+from lawn_sb3.experiment.memory import check_memory
 from lawn_sb3.experiment.policy_errors import line_of_user, policy_error
 from lawn_sb3.experiment.registry import find_algorithm
 from lawn_sb3.experiment.settings import constructor_arguments
@@ -48,7 +49,7 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
     :param cell: the cell
     :param arguments: what else to give the algorithm
     :return: the model
-    :raises UserError: if the policy cannot be built, or the algorithm refuses its settings
+    :raises UserError: if the policy cannot be built, the algorithm refuses its settings, or there is no room for it
     """
     method = cell.method
     assert method.algo is not None
@@ -60,6 +61,7 @@ def build_model(cell: Cell, **arguments: Any) -> BaseAlgorithm:
             f"method {cell.key!r}: policy {method.policy} knows no in-time moves: no slack; those that derive from "
             "MaskableCTDEPolicy, InTimeQMIXPolicy or InTimeQPolicy do"
         )
+    check_memory(cell)
     settings = {"device": "cpu", **constructor_arguments(method.algo, method.settings), **arguments}
     try:
         return algorithm(policy, training_env(cell), seed=cell.seed, **settings)
