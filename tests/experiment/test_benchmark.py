@@ -1,5 +1,6 @@
 """The benchmark measures what it says, and says how far it is; no speed is tested."""
 
+import tracemalloc
 from collections import Counter
 from functools import partial
 
@@ -8,12 +9,13 @@ import pytest
 
 from lawn_sb3.experiment.benchmark import training_speed
 from lawn_sb3.experiment.benchmark.clock import calls_per_second, peak_memory_mb
-from lawn_sb3.experiment.benchmark.game_speed import against_plain, crowded, env_step_ms, growth
+from lawn_sb3.experiment.benchmark.game_speed import against_plain, crowded, env_step_ms, growth, table_bytes
 from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
 from lawn_sb3.experiment.benchmark.training_profile import PARTS, REST, OwnTime, training_profile
 from lawn_sb3.experiment.benchmark.vector_speed import vector_speeds
 from lawn_sb3.experiment.recipe import Method, load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import PRESETS
 from tests.game.plain_env import PlainLawnEnv
 
@@ -86,6 +88,21 @@ def test_the_growth_of_cost_has_one_exponent_for_each_thing_that_grows(parts: Pa
     assert table.groupby("grows", sort=False)["exponent"].nunique().to_dict() == {"UAVs and GBSs": 1, "games": 1}
     assert (table["agent_steps_per_s"] > 0.0).all()
     assert parts.are_all_told
+
+
+def test_memory_is_linear_in_voxels_also_while_a_game_is_built() -> None:
+    def bytes_per_voxel(size: int) -> tuple[float, float]:
+        scenario = crowded(size, size)
+        tracemalloc.start()
+        simulator = Simulator(scenario, seed=0)
+        peak = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        return table_bytes(simulator) / scenario.num_voxels, peak / scenario.num_voxels
+
+    bytes_per_voxel(4)  # whatever is made only once
+    small, large = bytes_per_voxel(256), bytes_per_voxel(1024)
+    assert large == pytest.approx(small, rel=0.1)
+    assert large[0] == pytest.approx(16, rel=0.02)  # the cell and the rate of an RB, 8 bytes each
 
 
 def test_environments_and_planners_are_timed(parts: Parts, monkeypatch: pytest.MonkeyPatch) -> None:

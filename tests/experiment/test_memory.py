@@ -30,7 +30,5 @@ def test_a_replay_holds_local_observations_before_and_after() -> None:
 def test_what_has_no_room_is_refused_with_what_it_needs() -> None:
     check_memory(cell("mappo", num_games=64, n_steps=64))
     many = ("num_uavs=1024", "gbs_grid=[20,20]", "width_voxels=200", "length_voxels=200", "max_altitude_m=600")
-    with pytest.raises(
-        UserError, match=r"needs \d+ GiB for its observations alone, this machine has \d+: give"
-    ):
+    with pytest.raises(UserError, match=r"needs \d+ GiB for its observations alone, this machine has \d+: give"):
         check_memory(cell("mappo", *many, num_games=640, n_steps=256))

@@ -59,8 +59,8 @@ def growth(largest: int, seconds: float, advance: Advance) -> pd.DataFrame:
 
     :param largest: the most UAVs or GBSs to try
     :param seconds: for each size
-    :return: one row for each size: ``grows, num_uavs, num_gbs, num_games, build_s, agent_steps_per_s, exponent``, the
-        last of the seconds that a slot of one game takes, as a power of what grows
+    :return: one row for each size: ``grows, num_uavs, num_gbs, num_games, build_s, bytes_per_voxel, agent_steps_per_s,
+        exponent``, the last of the seconds that a slot of one game takes, as a power of what grows
     """
     rows = []
     for grows, all_sizes in GROWN.items():
@@ -73,7 +73,7 @@ def growth(largest: int, seconds: float, advance: Advance) -> pd.DataFrame:
     for num_games in games:
         rows.append(("games", 4, 4, num_games, *_speed(PRESETS["paper"], num_games, seconds)))
         advance("simulator with more games", len(games))
-    names = ["grows", "num_uavs", "num_gbs", "num_games", "build_s", "agent_steps_per_s"]
+    names = ["grows", "num_uavs", "num_gbs", "num_games", "build_s", "bytes_per_voxel", "agent_steps_per_s"]
     table = pd.DataFrame(rows, columns=names)
     table["exponent"] = np.nan
     for grows in table["grows"].unique():
@@ -103,19 +103,28 @@ def large_game() -> None:
     _random_play(crowded(1024, 1024), 1)()
 
 
-def _speed(scenario: Scenario, num_games: int, seconds: float) -> tuple[float, float]:
-    """Seconds to build the games, and agent steps a second."""
+def table_bytes(simulator: Simulator) -> int:
+    """What the tables of the airspace take, which all games share; without the games themselves."""
+    return sum(table.nbytes for table in simulator.rules if isinstance(table, np.ndarray))
+
+
+def _speed(scenario: Scenario, num_games: int, seconds: float) -> tuple[float, float, float]:
+    """Seconds to build the games, bytes of their tables for each voxel, and agent steps a second."""
     began = time.perf_counter()
-    play = _random_play(scenario, num_games)
+    simulator = Simulator(scenario, num_games, seed=0)
     build = time.perf_counter() - began
-    (rate,) = calls_per_second([play], seconds, lambda what, parts: None, "")
-    return build, rate * num_games * scenario.num_uavs
+    (rate,) = calls_per_second([_random_slots(simulator)], seconds, lambda what, parts: None, "")
+    return build, table_bytes(simulator) / scenario.num_voxels, rate * num_games * scenario.num_uavs
 
 
 def _random_play(scenario: Scenario, num_games: int) -> Callable[[], None]:
     """One slot of all games, at random."""
-    simulator = Simulator(scenario, num_games, seed=0)
-    actions = np.random.default_rng(0).integers(0, simulator.num_actions, (16, num_games, scenario.num_uavs))
+    return _random_slots(Simulator(scenario, num_games, seed=0))
+
+
+def _random_slots(simulator: Simulator) -> Callable[[], None]:
+    shape = 16, simulator.num_games, simulator.scenario.num_uavs
+    actions = np.random.default_rng(0).integers(0, simulator.num_actions, shape)
     slots = iter(range(sys.maxsize))
 
     def play() -> None:
