@@ -5,6 +5,7 @@ episode only when it ends for everybody. The environment underneath therefore re
 and the adapter translates that into SB3's conventions.
 """
 
+import inspect
 from collections.abc import Collection, Sequence
 from typing import Any
 
@@ -37,6 +38,14 @@ class FlatVecEnv(VecEnvWrapper):
         self._agents = [(game, agent) for game in self.games for agent in range(len(game.possible_agents))]
         super().__init__(venv, observation_space=venv.observation_space, action_space=venv.action_space)
         self.seed(seed)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made of: all but what SB3 remembers of the class, which cannot be pickled."""
+        return {key: value for key, value in vars(self).items() if key != "class_attributes"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Become a copy."""
+        vars(self).update(state, class_attributes=dict(inspect.getmembers(type(self))))
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
         """Seed the missions from the next reset on, each environment inside with a stream of its own.

@@ -29,11 +29,16 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     ``infos[uav]`` holds ``position, destination, cell, cell_load, num_rbs, rate_mbps, ema_rate_mbps,
     corrected_rate_mbps, slot, min_slots, collided, arrived, timed_out, utility_mbps, reward_rate, reward_nav,
-    reward_col, reward_term``, numbers and arrays alone; positions are in voxels, the last four add up to the reward.
+    reward_col, reward_term, action_mask``, numbers and arrays alone; positions are in voxels, the four rewards add up
+    to the reward, and ``action_mask`` [A] says which actions the UAV has in the next slot: all, or once it is done only
+    to hover.
 
     :param scenario: the constants of the game; the preset ``paper`` by default
     :param timeout: whether missing the deadline terminates a UAV, as Eq. (18), eq:terminal, has it, or truncates it
     :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, or none
+    :param leaving: whether a UAV that is done leaves ``agents``, as PettingZoo has it. Otherwise all stay until the
+        game is over and end together; who is done gets rewards of 0, its actions do nothing, and its mask allows only
+        to hover. The game is the same either way
     :raises UserError: if the render mode is unknown, or the scenario is none
     """
 
@@ -48,6 +53,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         scenario: Scenario = PRESETS["paper"],
         timeout: Timeout = "terminal",
         render_mode: Literal["ansi", "rgb_array"] | None = None,
+        leaving: bool = True,
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
@@ -56,14 +62,19 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
         self.render_mode = render_mode
+        self.leaving = leaving
         self.simulator = Simulator(scenario)
         self.observer = Observer(scenario)
         self.layout = self.observer.layout
         self.action_table = self.simulator.rules.actions
         """Displacement in voxels of each action [A, 3]."""
+        hovers = (~self.action_table.any(axis=1)).astype(np.int8)
+        self._masks = {True: np.ones_like(hovers), False: hovers}
+        """Actions that a UAV has: while it flies, and once it is done."""
         self.possible_agents = [f"uav_{i}" for i in range(scenario.num_uavs)]
         self.agents: list[str] = []
         self._trail: list[NDArray[np.int64]] = []
+        self._late = np.zeros(scenario.num_uavs, dtype=bool)
         self.state_space = space_of(self.layout.state_dim)
         self.observation_spaces = {agent: space_of(self.layout.local_dim) for agent in self.possible_agents}
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
@@ -95,6 +106,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.simulator.reset(seed=seed, missions=missions)
         self.agents = list(self.possible_agents)
         self._trail = []
+        self._late = np.zeros(len(self.agents), dtype=bool)
         return self._observe(self.agents), self._first_infos()
 
     def step(
@@ -121,13 +133,16 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
                 raise UserError(f"action of {agent} = {actions[agent]!r}: a whole number") from None
         self._trail.append(self.simulator.state.position[0].copy())
         outcome = self.simulator.step(joint)
-        arrived, timed_out = outcome.arrived[0], outcome.timed_out[0]
-        truncates = self.timeout == "truncated"
+        self._late |= outcome.timed_out[0]
+        done = ~self.simulator.state.flying[0]
+        if not self.leaving:
+            done &= done.all()
         total = outcome.reward_terms[0].sum(axis=-1).tolist()
         rewards = {agent: total[index[agent]] for agent in flew}
-        terminations = {agent: bool(arrived[i] or (timed_out[i] and not truncates)) for agent, i in index.items()}
-        truncations = {agent: bool(timed_out[i] and truncates) for agent, i in index.items()}
-        self.agents = [agent for agent in flew if not terminations[agent] and not truncations[agent]]
+        truncated = done & self._late & (self.timeout == "truncated")
+        terminations = {agent: bool(done[i] and not truncated[i]) for agent, i in index.items()}
+        truncations = {agent: bool(truncated[i]) for agent, i in index.items()}
+        self.agents = [agent for agent in flew if not done[index[agent]]]
         return (
             self._observe(flew),
             rewards,
@@ -186,10 +201,18 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         }
         columns = [values[0].tolist() for values in numbers.values()]
         voxels = zip(state.position[0].copy(), state.destination[0].copy(), strict=True)
+        masks = [self._masks[flies].copy() for flies in state.flying[0].tolist()]
         there = set(agents)
         return {
-            agent: {"position": position, "destination": destination, **dict(zip(numbers, own, strict=True))}
-            for agent, (position, destination), *own in zip(self.possible_agents, voxels, *columns, strict=True)
+            agent: {
+                "position": position,
+                "destination": destination,
+                **dict(zip(numbers, own, strict=True)),
+                "action_mask": mask,
+            }
+            for agent, (position, destination), mask, *own in zip(
+                self.possible_agents, voxels, masks, *columns, strict=True
+            )
             if agent in there
         }
 

@@ -19,7 +19,7 @@ SCENARIOS = [
 ]
 INFO_KEYS = {
     *("position", "destination", "cell", "cell_load", "num_rbs", "rate_mbps", "ema_rate_mbps", "corrected_rate_mbps"),
-    *("slot", "min_slots", "collided", "arrived", "timed_out", "utility_mbps"),
+    *("slot", "min_slots", "collided", "arrived", "timed_out", "utility_mbps", "action_mask"),
     *(f"reward_{term}" for term in REWARD_TERMS),
 }
 
