@@ -52,7 +52,7 @@ _ALL = frozenset(
 _MAPPO_EPISODES = _ALL | {
     *("clip_range", "clip_range_vf", "ent_coef", "gae_lambda", "n_epochs", "n_steps", "normalize_advantage"),
     *("rollout_buffer_class", "rollout_buffer_kwargs", "target_kl", "vf_coef"),
-    *("clip_apart", "normalize_per_rollout", "normalize_value"),
+    *("autocast", "clip_apart", "normalize_per_rollout", "normalize_value"),
 }
 _QMIX = _ALL | {
     *("buffer_size", "exploration_final_eps", "exploration_fraction", "exploration_initial_eps", "gradient_steps"),

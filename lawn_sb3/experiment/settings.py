@@ -57,6 +57,7 @@ class Bounds(BaseModel):
     normalize_per_rollout: bool = UNSET
     normalize_value: bool = UNSET
     clip_apart: bool = UNSET
+    autocast: Literal["bfloat16"] | None = UNSET
     use_sde: Literal[False] = UNSET  # for continuous actions alone
     sde_sample_freq: Annotated[Whole, Field(ge=-1)] = UNSET
     rollout_buffer_class: Any = UNSET

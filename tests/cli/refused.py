@@ -172,6 +172,7 @@ SETTINGS = {
     "gae_lambda=1.1": "gae_lambda = 1.1: must be less than or equal to 1",
     "policy_kwargs=5": "policy_kwargs = 5: must be keys and values",
     "normalize_value=maybe": "normalize_value = 'maybe': must be true or false",
+    "autocast=float16": "autocast = 'float16': must be 'bfloat16'",
 }
 """Settings of MAPPO that no algorithm can take."""
 INVALID = {

@@ -47,6 +47,7 @@ def test_a_finished_run_plays_as_it_was_evaluated_and_has_its_curve(
 
 INTERRUPTED: list[tuple[Make, dict[str, Any], int, list[int]]] = [
     (mappo_cell, {}, 64, [128, 192, 256]),
+    (mappo_cell, {"autocast": "bfloat16"}, 64, [192]),
     *((mappo_cell, {"policy": policy}, 64, [64, 192]) for policy in VARIANTS),
     (iql_cell, {}, 2, [8, 26]),  # the first amid random play
     (iql_cell, {"double_q": True}, 2, [40]),

@@ -198,6 +198,16 @@ def test_the_sensitivity_recipe_has_the_papers_methods_with_a_smaller_budget() -
     assert next(iter(other.variants.values())) == ()  # the game as it is comes first
 
 
+def test_bfloat16_is_held_against_the_papers_mappo_with_nothing_else_changed() -> None:
+    paper, other = (load_recipe(REPOSITORY / "runs" / f"{name}.yaml") for name in ("paper", "bfloat16"))
+    assert (other.game(), other.seeds) == (paper.game(), paper.seeds)
+    full, lower = other.methods["mappo"], other.methods["mappo-bfloat16"]
+    assert full.settings == paper.methods["mappo"].settings
+    assert lower == full.model_copy(
+        update={"label": lower.label, "baseline": "mappo", "settings": {**full.settings, "autocast": "bfloat16"}}
+    )
+
+
 @pytest.mark.parametrize("name", ["swarm", "six", "printed", "tiny"])
 def test_the_ladder_in_other_games_has_the_settings_of_the_ladder(name: str) -> None:
     ladder, other = (load_recipe(REPOSITORY / "runs" / f"{key}.yaml") for key in ("ladder", name))

@@ -25,10 +25,11 @@ def small_cell_of(algo: str, directory: Path, max_slots: int, settings: dict[str
     return Cell(algo, method, 3, scenario, SMALL_EVALUATION, directory)
 
 
-def mappo_cell(directory: Path, policy: str = "centralized_critic") -> Cell:
+def mappo_cell(directory: Path, policy: str = "centralized_critic", **settings: Any) -> Cell:
     """Four rollouts on two games."""
     settings = {
         "n_steps": 32, "batch_size": 64, "n_epochs": 2, "learning_rate": "lin_1e-3", "ent_coef": "lin_0.02",
+        **settings,
     }  # fmt: skip
     return small_cell_of("mappo", directory, 20, settings, policy=policy, env_steps=256)
 

@@ -12,6 +12,7 @@ from torch.nn import functional
 
 from lawn_sb3.algos.mappo.episodes import EpisodeMAPPO
 from lawn_sb3.algos.mappo.framed_policy import FramedPolicy
+from lawn_sb3.algos.mappo.precision import networks_in
 from lawn_sb3.envs.flatten import FlatVecEnv
 from lawn_sb3.errors import unknown_name
 from lawn_sb3.game.player import Player
@@ -91,6 +92,11 @@ class Imitate(EpisodeMAPPO):
         if not self._teaching:
             super().train()
             return
+        with networks_in(self.autocast, self.policy):
+            self._learn_moves()
+
+    def _learn_moves(self) -> None:
+        """Update the actor by cross-entropy with the planner's moves, the critic by its returns."""
         self.policy.set_training_mode(True)
         self._update_learning_rate(self.policy.optimizer)
         buffer, head = self.rollout_buffer, self._value_head

@@ -18,6 +18,7 @@ from torch import nn
 from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
 from lawn_sb3.algos.mappo.policies import CTDEViews
+from lawn_sb3.algos.mappo.precision import check_autocast, networks_in
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
 from lawn_sb3.choices import Continuation
 
@@ -38,6 +39,8 @@ class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
         once a minibatch, as SB3 does
     :param clip_apart: hold the gradients of actor and critic to ``max_grad_norm`` each by itself, as MAPPO's own code
         does with its two optimisers, in place of both together, as SB3 does
+    :param autocast: ``bfloat16``: precision of the networks in updates, by ``torch.autocast``; by default float32, in
+        which they always act
     :param _init_setup_model: whether to build the networks at once
     :param kwargs: settings of that PPO, by name
     :raises ValueError: if policy, environment or buffer do not fit
@@ -58,9 +61,12 @@ class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
         normalize_value: bool = True,
         normalize_per_rollout: bool = False,
         clip_apart: bool = False,
+        autocast: str | None = None,
         _init_setup_model: bool = True,
         **kwargs: Any,
     ) -> None:
+        check_autocast(autocast)
+        self.autocast = autocast
         self.ent_coef_schedule = FloatSchedule(ent_coef)
         self.normalize_value = normalize_value
         self.normalize_per_rollout = normalize_per_rollout
@@ -133,7 +139,10 @@ class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
         if self.clip_apart:
             self.max_grad_norm = float("inf")  # what SB3 holds both together to
         try:
-            with head.normalized_units() if head is not None else nullcontext():
+            with (
+                head.normalized_units() if head is not None else nullcontext(),
+                networks_in(self.autocast, self.policy),
+            ):
                 super().train()
         finally:
             self.max_grad_norm = self._norm_each

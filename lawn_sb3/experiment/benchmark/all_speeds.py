@@ -10,7 +10,13 @@ import torch as th
 from lawn_sb3.experiment.benchmark.clock import peak_memory_mb
 from lawn_sb3.experiment.benchmark.game_speed import against_plain, env_step_ms, growth, large_game
 from lawn_sb3.experiment.benchmark.planning_speed import planning_speeds
-from lawn_sb3.experiment.benchmark.training_speed import against_stock, learner_speeds, short_training, update_share
+from lawn_sb3.experiment.benchmark.training_speed import (
+    against_stock,
+    bfloat16_speeds,
+    learner_speeds,
+    short_training,
+    update_share,
+)
 from lawn_sb3.experiment.benchmark.vector_speed import vector_speeds
 from lawn_sb3.experiment.plan_episodes import Advance
 from lawn_sb3.experiment.recipe import Method
@@ -43,6 +49,7 @@ def benchmark(methods: Mapping[str, Method], quick: bool, advance: Advance) -> S
     grown = growth(256 if quick else 4096, seconds / 4, advance)
     figures |= planning_speeds(20 if quick else 200, advance)
     figures |= learner_speeds(methods, 4_000 if quick else 20_000, advance)
+    figures |= bfloat16_speeds(mappo, seconds, advance)
     figures |= update_share(mappo, seconds, advance)
     figures["memory_one_game_of_1024_uavs_mb"] = peak_memory_mb(large_game)
     figures["memory_training_mb"] = peak_memory_mb(partial(short_training, mappo))

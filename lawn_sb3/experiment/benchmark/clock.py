@@ -14,26 +14,29 @@ ROUNDS = 10
 """Parts of a measurement that has none by itself."""
 
 
-def calls_per_second(jobs: Sequence[Callable[[], object]], seconds: float, advance: Advance, what: str) -> list[float]:
+def calls_per_second(
+    jobs: Sequence[Callable[[], object]], seconds: float, advance: Advance, what: str, rounds: int = ROUNDS
+) -> list[float]:
     """How often each of several jobs can be done in a second: the best of some rounds, in which each has its turn.
 
     :param jobs: what to time; each is called once before, to compile and to warm up
     :param seconds: for all rounds of one job
     :param advance: told after each round
     :param what: what is being measured
+    :param rounds: how many
     :return: calls a second, in the order of the jobs
     """
     for job in jobs:
         job()
     best = [0.0] * len(jobs)
-    for _ in range(ROUNDS):
+    for _ in range(rounds):
         for k, job in enumerate(jobs):
             calls, began = 0, time.perf_counter()
-            while (passed := time.perf_counter() - began) < seconds / ROUNDS or not calls:
+            while (passed := time.perf_counter() - began) < seconds / rounds or not calls:
                 job()
                 calls += 1
             best[k] = max(best[k], calls / passed)
-        advance(what, ROUNDS)
+        advance(what, rounds)
     return best
 
 

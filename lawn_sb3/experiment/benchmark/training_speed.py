@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -65,6 +66,27 @@ def learner_speeds(methods: Mapping[str, Method], env_steps: int, advance: Advan
         figures[f"{algo}_env_steps_per_s"] = done / (time.perf_counter() - began)
         advance("trainings", len(first))
     return figures
+
+
+def bfloat16_speeds(method: Method, seconds: float, advance: Advance) -> dict[str, float]:
+    """Env steps a second of MAPPO with its updates in float32 and in bfloat16, rollouts and updates in turn.
+
+    :param method: a method of MAPPO
+    :param seconds: for each of the two; at least a few rollouts and updates
+    :param advance: told after each round
+    :return: figures by name, and the ratio of the two
+    """
+    precisions = {"float32": None, "bfloat16": "bfloat16"}
+    jobs = []
+    for autocast in precisions.values():
+        model = _model(method.model_copy(update={"settings": {**method.settings, "autocast": autocast}}))
+        assert isinstance(model, PPO)
+        rollout = model.n_steps * model.n_envs
+        jobs.append(partial(model.learn, rollout, reset_num_timesteps=False))
+    often = calls_per_second(jobs, seconds, advance, "MAPPO in float32 and in bfloat16", rounds=3)
+    speeds = [calls * rollout / NUM_UAVS for calls in often]
+    figures = {f"mappo_{name}_env_steps_per_s": speed for name, speed in zip(precisions, speeds, strict=True)}
+    return figures | {"mappo_bfloat16_ratio": speeds[1] / speeds[0]}
 
 
 def update_share(method: Method, seconds: float, advance: Advance) -> dict[str, float]:
