@@ -116,11 +116,13 @@ def test_learners_are_timed(parts: Parts, learners: dict[str, Method], monkeypat
     monkeypatch.setattr(training_speed, "WARM_UP", 500)
     figures = training_speed.learner_speeds(learners, 500, parts)
     assert figures.keys() == {f"{algo}_env_steps_per_s" for algo in ("iql", "qmix", "mappo")}
-    figures |= training_speed.bfloat16_speeds(learners["mappo"], 0.01, parts)
+    settings = {**learners["mappo"].settings, "n_steps": 4, "batch_size": 512}
+    mappo = learners["mappo"].model_copy(update={"settings": settings})
+    figures |= training_speed.bfloat16_speeds(mappo, 0.01, parts)
     assert figures["mappo_bfloat16_ratio"] == pytest.approx(
         figures["mappo_bfloat16_env_steps_per_s"] / figures["mappo_float32_env_steps_per_s"]
     )
-    figures |= training_speed.update_share(learners["mappo"], 0.01, parts)
+    figures |= training_speed.update_share(mappo, 0.01, parts)
     assert min(figures.values()) > 0.0
     assert parts.are_all_told
 
