@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 JOBS ?= 2
 
 .DEFAULT_GOAL := help
-.PHONY: help install test lint style types arrows format docs reproduce ablation report ladder bench clean
+.PHONY: help install test torture lint style types arrows format docs reproduce ablation report ladder bench clean
 
 help: ## list the targets
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
@@ -22,6 +22,10 @@ install: $(VENV)/installed ## build .venv from requirements.lock
 
 test: install ## run all tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+torture: install ## kill runs at random and damage checkpoints, hundreds of times (an hour)
+	$(BIN)/python -m tests.torture.kills
+	$(BIN)/python -m tests.torture.damages
 
 lint: style types arrows ## check style, types and the arrows between the folders: what pre-commit checks too
 

@@ -12,6 +12,14 @@ class FailedRunsError(RuntimeError):
     """Some runs of a recipe failed; the others are finished and kept."""
 
 
+class HeldError(Exception):
+    """Somebody else is writing there. The command line prints its one line and ends with status 1."""
+
+
+class Notice(UserWarning):
+    """Something that the user should know, though the work goes on. The command line prints its one line."""
+
+
 def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = None) -> UserError:
     """Refuse a name that is not in a list.
 
@@ -28,8 +36,12 @@ def unknown_name(what: str, name: str, known: Iterable[str], path: str | None = 
 
 
 def said(error: BaseException) -> str:
-    """What an error says, in one line with its kind; of bad input, which says all itself, without."""
-    return first_line(error) if isinstance(error, UserError) else f"{type(error).__name__}: {first_line(error)}"
+    """What an error says, in one line with its kind; of those that say all themselves, without."""
+    return (
+        first_line(error)
+        if isinstance(error, UserError | HeldError)
+        else f"{type(error).__name__}: {first_line(error)}"
+    )
 
 
 def first_line(error: BaseException) -> str:

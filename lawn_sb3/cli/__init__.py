@@ -2,11 +2,16 @@
 
 import sys
 
+from lawn_sb3.cli.ending import ending_in_order, status_of
+
 
 def main() -> None:
-    """Run the command line: exit status 2 for bad input, 1 for failed work, 130 when interrupted."""
+    """Run the command line: exit status 2 for bad input, 1 for failed work, 130 when interrupted, 143 by SIGTERM."""
     try:
-        from lawn_sb3.cli.commands import run  # here, since loading the libraries takes long enough to interrupt it
-    except KeyboardInterrupt:
-        sys.exit(130)
-    run()
+        with ending_in_order():
+            from lawn_sb3.cli.commands import run  # here: loading the libraries takes long enough to interrupt it
+
+            run()
+    except KeyboardInterrupt as interrupt:
+        print("lawn-sb3: interrupted before it began", file=sys.stderr)
+        sys.exit(status_of(interrupt))

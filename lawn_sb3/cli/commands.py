@@ -6,6 +6,7 @@ is known that there is some: torch and the other libraries take seconds, and a m
 
 import io
 import sys
+import warnings
 from typing import Annotated, Any
 
 import typer
@@ -13,8 +14,10 @@ from typer.core import TyperGroup
 
 from lawn_sb3 import __version__
 from lawn_sb3.cli import models, plans, recipes, tools, train
-from lawn_sb3.cli.console import fail
-from lawn_sb3.errors import FailedRunsError, UserError, first_line
+from lawn_sb3.cli.console import fail, say
+from lawn_sb3.cli.ending import status_of
+from lawn_sb3.errors import FailedRunsError, HeldError, UserError, first_line
+from lawn_sb3.experiment.backends.worker import tell_notices
 
 
 class Commands(TyperGroup):
@@ -24,8 +27,8 @@ class Commands(TyperGroup):
         """Run one of them."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            fail("interrupted; what was not finished is not kept", 130)
+        except KeyboardInterrupt as interrupt:
+            fail("interrupted; what was not finished is not kept, the same command begins anew", status_of(interrupt))
 
 
 app = typer.Typer(
@@ -61,10 +64,18 @@ def run() -> None:
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal without Unicode gets question marks
+    with warnings.catch_warnings():
+        tell_notices(lambda text: say(f"lawn-sb3: {text}", "yellow"))
+        _run()
+
+
+def _run() -> None:
     try:
         app()
     except UserError as error:
         fail(str(error), 2)
+    except HeldError as error:
+        fail(str(error), 1)
     except FailedRunsError as error:
         fail(f"{error}; finished runs are kept, the same command resumes the others", 1)
     except MemoryError as error:

@@ -15,6 +15,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
+from lawn_sb3.cli.ending import status_of
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
 from lawn_sb3.scenario import PRESETS
 
@@ -34,6 +35,10 @@ PAPER_RECIPE = Path("runs/paper.yaml")
 ABLATION_RECIPE = Path("runs/ablation.yaml")
 ScenarioName = Annotated[str, typer.Option(help=f"{', '.join(PRESETS)}, or the path of a YAML file")]
 Changes = Annotated[list[str], typer.Option("--set", help="change a constant of the scenario: key=value; repeatable")]
+Trusted = Annotated[
+    list[str],
+    typer.Option("--trust", help="policy of yours that a run may name; importing it runs its file; repeatable"),
+]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON object on standard output and nothing else")]
 RecipePath = Annotated[Path, typer.Argument(help="the recipe")]
 
@@ -98,8 +103,11 @@ def interruptible() -> Iterator[None]:
     """Long work that keeps what it has when it is interrupted."""
     try:
         yield
-    except KeyboardInterrupt:
-        fail("interrupted; finished runs and checkpoints are kept, the same command goes on from there", 130)
+    except KeyboardInterrupt as interrupt:
+        fail(
+            "interrupted; finished runs and checkpoints are kept, the same command goes on from there",
+            status_of(interrupt),
+        )
 
 
 def fail(message: str, status: int) -> NoReturn:

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from lawn_sb3.choices import MOST_EPISODES
-from lawn_sb3.cli.console import AsJson, Changes, fail, print_figures
+from lawn_sb3.cli.console import AsJson, Changes, Trusted, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.registry import PLAYERS, check_player, find_player
@@ -34,12 +34,13 @@ def evaluate_command(
     regret: Annotated[
         bool, typer.Option("--regret", help="also work out what each UAV could gain by deviating alone")
     ] = False,
+    trusted: Trusted = [],  # noqa: B006
     as_json: AsJson = False,
 ) -> None:
     """Let a player fly some joint episodes and print the means: rates in Mbps, times in slots."""
     if (run is None) == (player is None):
         raise UserError("name either --run DIR or --player NAME")
-    cell = None if run is None else load_finished_run(run)
+    cell = None if run is None else load_finished_run(run, trusted)
     if cell is not None:
         own = cell.scenario if scenario is None else load_scenario(scenario)
         game = own.changed(**parse_overrides(changes)) if changes else own
@@ -81,17 +82,18 @@ def _sizes(scenario: Scenario) -> str:
 @app.command()
 def verify(
     run: Annotated[Path, typer.Argument(help="run directory of a trained model")],
+    trusted: Trusted = [],  # noqa: B006
     as_json: AsJson = False,
 ) -> None:
     """Fly a run's test missions again and compare with the rows it left; exit status 1 if any differs.
 
     Where the kept weights are rounded to half precision, one row in a hundred may differ.
     """
-    load_finished_run(run)
+    load_finished_run(run, trusted)
 
     from lawn_sb3.experiment.verification import verify_run
 
-    found = verify_run(run)
+    found = verify_run(run, trusted)
     print_figures(found._asdict(), as_json, f"{run}, flown again")
     if not found.passed:
         fail(f"{found.rows_that_differ} of {found.rows} rows of {str(run / EVALUATION_FILE)!r} come out otherwise", 1)

@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from lawn_sb3.choices import MOST_EPISODES
-from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, print_figures, progress, say
+from lawn_sb3.cli.console import AsJson, Changes, ScenarioName, Trusted, print_figures, progress, say
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.registry import PLANNERS, PLAYERS, check_planner, check_player, find_player, make_planner
 from lawn_sb3.experiment.run_directory.configuration import load_run
@@ -87,6 +87,7 @@ def show_ceiling(
     changes: Changes = [],  # noqa: B006
     players: Annotated[list[str], typer.Option("--player", help=f"also fly it: {', '.join(PLAYERS)}; repeatable")] = [],  # noqa: B006
     runs: Annotated[list[Path], typer.Option("--run", help="also fly this trained run; repeatable")] = [],  # noqa: B006
+    trusted: Trusted = [],  # noqa: B006
     as_json: AsJson = False,
 ) -> None:
     """Prove what two UAVs of a tiny game can have at most in T_min, by what they know of each other.
@@ -97,7 +98,7 @@ def show_ceiling(
     game = load_scenario(scenario, changes)
     for name in players:
         check_player(name)
-    trained = {run: load_run(run) for run in runs}
+    trained = {run: load_run(run, trusted) for run in runs}
     for run, cell in trained.items():
         if cell.scenario != game:
             raise UserError(f"{str(run)!r} was trained on {cell.scenario.title!r}, not on {game.title!r}")

@@ -19,12 +19,14 @@ from lawn_sb3.cli.console import (
     wide_console,
 )
 from lawn_sb3.errors import FailedRunsError, UserError
+from lawn_sb3.experiment.backends.local import LocalBackend
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.policy_places import locate
 from lawn_sb3.experiment.recipe import Recipe, check_policies, load_recipe, read_recipe
 from lawn_sb3.experiment.reproduce import run_cells
 from lawn_sb3.experiment.run_directory.configuration import check_finished, is_finished
-from lawn_sb3.experiment.run_directory.files import ABLATION_FILES, RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.files import ABLATION_FILES, MANIFEST_FILE, RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.writer import only_writer
 from lawn_sb3.experiment.search import load_search
 from lawn_sb3.experiment.shipped import shipped_recipe
 
@@ -52,9 +54,9 @@ def reproduce(
     from lawn_sb3.paper.making import fly_checks
     from lawn_sb3.report.contents import build_report
 
-    with interruptible():
+    with interruptible(), only_writer(runs):
         try:
-            run_cells(todo, jobs, messages)
+            run_cells(todo, LocalBackend(jobs), messages)
             if recipe.scaling is not None:
                 add_scaling(todo, recipe.scaling, messages)
             if recipe.regret:
@@ -112,8 +114,8 @@ def ablate(
         compared += own[len(recipe.seeds) :]
         unfinished.remove(str(base))
     _try_methods(own)
-    with interruptible():
-        run_cells(own, jobs, messages)
+    with interruptible(), only_writer(runs):
+        run_cells(own, LocalBackend(jobs), messages)
     option = "" if recipe_path == ABLATION_RECIPE else f" --recipe {recipe_path.as_posix()}"
     report = build_report(recipe, compared, f"lawn-sb3 ablate {policy}{option}")
     if kept:
@@ -144,7 +146,12 @@ def report_command(
     from lawn_sb3.report.contents import build_report
 
     command = f"lawn-sb3 report {recipe_path.as_posix()}" + (f" --runs {runs.as_posix()}" if runs else "")
-    _publish(build_report(recipe, cells(recipe, chosen), command), out or chosen / "report")
+    todo = cells(recipe, chosen)
+    _publish(build_report(recipe, todo, command), out or chosen / "report")
+    finished = [cell for cell in todo if is_finished(cell)]
+    without = sum(not (cell.directory / MANIFEST_FILE).exists() for cell in finished)
+    if without:
+        say(f"{without} of {len(finished)} runs hold no {MANIFEST_FILE}: nothing vouches for their files", "yellow")
 
 
 @app.command()
@@ -234,7 +241,7 @@ def tune(
 
     with interruptible():
         if not show:
-            run_search(search, methods, file, jobs, messages)
+            run_search(search, methods, file, LocalBackend(jobs), messages)
     table = Table(
         title=f"mean greedy reward J after {search.env_steps:,} env steps; * is the first or last value offered"
     )

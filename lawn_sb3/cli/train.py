@@ -15,7 +15,13 @@ from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, parse_m
 from lawn_sb3.experiment.registry import ALGORITHMS
 from lawn_sb3.experiment.reproduce import training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, PROVENANCE_FILE
+from lawn_sb3.experiment.run_directory.files import (
+    CONFIG_FILE,
+    FINISHED_FILE,
+    LOCK_FILE,
+    LOG_FILE,
+    PROVENANCE_FILE,
+)
 from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.scenario import load_scenario
 
@@ -135,7 +141,8 @@ def _has_to_run(cell: Cell) -> bool:
     out = cell.directory
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
-    if out.exists() and any(out.iterdir()) and not (out / CONFIG_FILE).exists():
+    others = {path.name for path in out.iterdir()} - {LOCK_FILE, LOG_FILE} if out.exists() else set()
+    if others and CONFIG_FILE not in others:
         raise UserError(f"--out {str(out)!r} holds other files than a run's: name a new folder")
     if is_finished(cell):
         return False

@@ -16,7 +16,9 @@ from lawn_sb3.experiment.recipe import Scaling
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
 from lawn_sb3.experiment.run_directory.files import REGRET_FILE, SCALING_FILE
+from lawn_sb3.experiment.run_directory.manifest import vouch_for
 from lawn_sb3.experiment.run_directory.reading import read_evaluation, read_regrets, read_scaling
+from lawn_sb3.experiment.run_directory.writer import only_writer
 
 
 def add_regrets(cells: Sequence[Cell], console: Console) -> None:
@@ -103,6 +105,8 @@ def _add(
     th.set_num_threads(1)  # as in training: equal bytes everywhere
     for cell in track(todo, doing, console=console, disable=not todo):
         try:
-            write_rows(cell.directory / name, work_out(cell))
+            with only_writer(cell.directory):
+                write_rows(cell.directory / name, work_out(cell))
+                vouch_for(cell.directory, name)
         except UserError as error:
             console.print(f"no {name} of {cell.title}: {error}", markup=False, highlight=False, soft_wrap=True)

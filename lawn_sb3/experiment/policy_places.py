@@ -2,6 +2,7 @@
 
 import importlib.util
 import sys
+from collections.abc import Collection
 from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -12,6 +13,9 @@ from lawn_sb3.experiment.registry import REPOSITORY
 
 ENTRY_POINTS = "lawn_sb3.policies"
 """The entry-point group in which other packages register policies: ``NAME = package.module:Class``."""
+
+OF_KIT = ("lawn_sb3", "stable_baselines3", "sb3_contrib")
+"""Packages whose modules hold policies that come with the kit."""
 
 
 class Place(NamedTuple):
@@ -54,6 +58,31 @@ def locate(name: str) -> Place:
     if len({path.read_bytes() for path in same_name}) > 1:
         raise UserError(f"policy {name!r} is both {str(same_name[0])!r} and one of the kit's own: rename your file")
     return Place(f"policy {name!r}", f"policies.{name}", None, files[name])
+
+
+def check_trusted(name: str, trusted: Collection[str], where: str) -> None:
+    """Refuse a policy that a run's files name and that comes neither with the kit nor with an installed package.
+
+    Importing a policy runs what its file holds, and whoever made the run chose its name.
+
+    :param name: the policy's name
+    :param trusted: names that the user vouches for
+    :param where: what names it, for the message
+    :raises UserError: if it is not one of them either
+    """
+    points = entry_points(group=ENTRY_POINTS)
+    registered = {value for point in points for value in (point.name, point.value)}
+    of_kit = (
+        name.partition(".")[0] in OF_KIT
+        if ":" in name
+        else name not in registered and locate(name).path.is_relative_to(REPOSITORY / "policies")
+    )
+    if of_kit or name in trusted or name in registered:
+        return
+    raise UserError(
+        f"{where} names the policy {name!r}, which does not come with the kit: it would be imported, and could do "
+        f"anything; --trust {name} allows it"
+    )
 
 
 def _told(point: EntryPoint) -> str:

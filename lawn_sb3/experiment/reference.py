@@ -8,6 +8,7 @@ from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import check_finished
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE, RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.manifest import check_unaltered, keep_manifest
 from lawn_sb3.experiment.weights import load_networks, save_weights
 
 
@@ -21,9 +22,11 @@ def export_runs(
     :param folder: where the copies go; runs that are there already are replaced
     :param files: the files to keep besides the configuration, of those that a run has
     :return: bytes written
-    :raises UserError: naming the first run that is not finished
+    :raises UserError: naming the first run that is not finished, or not as it was left
     """
     check_finished(cells)
+    for cell in cells:
+        check_unaltered(cell.directory)
     with_weights: set[str] = set()
     written = 0
     for cell in cells:
@@ -38,5 +41,6 @@ def export_runs(
             model = build_model(cell, device="cpu")
             load_networks(model, cell.directory)
             save_weights(model, target / WEIGHTS_FILE)
+        keep_manifest(target, cell.directory)
         written += sum(path.stat().st_size for path in target.iterdir())
     return written

@@ -1,12 +1,9 @@
 """Running all cells of a recipe side by side, one torch thread each, with progress; what is finished is kept."""
 
-import multiprocessing
-import os
-import queue
-import signal
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 from rich.console import Console
@@ -20,9 +17,11 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from lawn_sb3.errors import FailedRunsError, said
+from lawn_sb3.errors import FailedRunsError
+from lawn_sb3.experiment.backends.job import Backend, Event, Failed, Job, Noted, Progressed
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.configuration import is_finished
+from lawn_sb3.experiment.run_directory.files import LOG_FILE
 
 MOST_NAMED = 3
 """Failed runs that the last message names; each was named when it failed."""
@@ -30,11 +29,11 @@ QUIET_SECONDS = 30.0
 """How often progress is printed where no bar can be drawn."""
 
 
-def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
+def run_cells(cells: Sequence[Cell], backend: Backend, console: Console) -> None:
     """Run the cells that are not finished yet.
 
     :param cells: the cells
-    :param jobs: how many run at a time
+    :param backend: who runs them
     :param console: where progress goes
     :raises KeyboardInterrupt: when interrupted; finished runs and checkpoints stay
     :raises FailedRunsError: if some runs failed, once all the others are done
@@ -44,45 +43,22 @@ def run_cells(cells: Sequence[Cell], jobs: int, console: Console) -> None:
         console.print(f"{len(cells) - len(todo)} of {len(cells)} runs are finished already and are kept")
     if not todo:
         return
-    context = multiprocessing.get_context("spawn")
-    # Numba and BLAS read their number of threads when a process starts.
-    os.environ.update({"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
-    with context.Manager() as manager, _bars(console) as bars:
-        events: queue.Queue[tuple[int, int]] = manager.Queue()
-        pool = ProcessPoolExecutor(min(jobs, len(todo)), mp_context=context, initializer=prepare_worker)
-        try:
-            # Workers inherit this and so leave interrupts to their parent from their first moment on.
-            before = signal.signal(signal.SIGINT, signal.SIG_IGN)
-            futures = {pool.submit(_work, index, cell, events): index for index, cell in enumerate(todo)}
-            signal.signal(signal.SIGINT, before)
-            failures = _follow(todo, futures, events, bars, console)
-            pool.shutdown()
-        except BaseException:
-            pool.shutdown(wait=False, cancel_futures=True)
-            for process in multiprocessing.active_children():
-                process.terminate()
-            raise
+    jobs = [Job(cell.title, partial(_run, cell, log := cell.directory / LOG_FILE), log) for cell in todo]
+    with _bars(console) as bars, closing(backend.run(jobs)) as events:
+        failures = _follow(todo, jobs, events, bars, console)
     if failures:
         more = f"; and {len(failures) - MOST_NAMED} more" if len(failures) > MOST_NAMED else ""
         raise FailedRunsError(f"{len(failures)} of {len(todo)} runs failed: {'; '.join(failures[:MOST_NAMED])}{more}")
 
 
-def prepare_worker() -> None:
-    """Make a worker process leave interrupts to its parent and use one torch thread."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides what an interrupt ends
-    _use_one_thread()
-
-
-def _use_one_thread() -> None:
+def _run(cell: Cell, log: Path, progress: Callable[[int], None]) -> None:
+    """Run a cell, in whatever process."""
     import torch as th  # here, as the command line imports this module before it knows whether there is work
 
-    th.set_num_threads(1)
-
-
-def _work(index: int, cell: Cell, events: queue.Queue[tuple[int, int]]) -> None:
     from lawn_sb3.experiment.train import run_cell
 
-    run_cell(cell, lambda env_steps: events.put((index, env_steps)))
+    th.set_num_threads(1)
+    run_cell(cell, progress, log)
 
 
 def _bars(console: Console, hidden: bool = False) -> Progress:
@@ -102,43 +78,39 @@ def _bars(console: Console, hidden: bool = False) -> Progress:
 
 
 def _follow(
-    todo: Sequence[Cell],
-    futures: dict[Future[None], int],
-    events: queue.Queue[tuple[int, int]],
-    bars: Progress,
-    console: Console,
+    todo: Sequence[Cell], jobs: Sequence[Job], events: Iterator[Event], bars: Progress, console: Console
 ) -> list[str]:
-    """Draw what the workers report until all are done; return what went wrong in which cell."""
+    """Draw what is told of the cells until all are done; return what went wrong in which."""
     failures: list[str] = []
     total = bars.add_task(f"all {len(todo)} runs", total=sum(cell.method.env_steps for cell in todo))
     tasks: dict[int, Any] = {}
     done_steps = dict.fromkeys(range(len(todo)), 0)
-    pending = set(futures)
-    last_line = bars.get_time()
-    while pending:
-        finished, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
-        for index, env_steps in _drain(events):
-            cell = todo[index]
+    runs_done, last_line = 0, bars.get_time()
+    for event in events:
+        index, cell = event.job, todo[event.job]
+        if isinstance(event, Progressed):
             if index not in tasks:
-                tasks[index] = bars.add_task(cell.title, total=cell.method.env_steps, completed=env_steps)
-            done_steps[index] = min(env_steps, cell.method.env_steps)
+                tasks[index] = bars.add_task(cell.title, total=cell.method.env_steps, completed=event.env_steps)
+            done_steps[index] = min(event.env_steps, cell.method.env_steps)
             bars.update(tasks[index], completed=done_steps[index])
-        for future in finished:
-            index = futures[future]
-            cell = todo[index]
+        elif isinstance(event, Noted):
+            console.print(f"{cell.title}: {event.text}", style="yellow", markup=False, soft_wrap=True)
+        else:
+            runs_done += 1
             done_steps[index] = cell.method.env_steps
             if index in tasks:
                 bars.remove_task(tasks.pop(index))
-            error = future.exception()
-            if error is None:
-                console.print(f"finished {cell.title}", markup=False)
-            else:
-                failures.append(f"{cell.title}: {said(error)}")
+            if isinstance(event, Failed):
+                log = jobs[index].log
+                where = f"; log: {log}" if log is not None and log.exists() else ""
+                failures.append(f"{cell.title}: {event.reason}{where}")
                 console.print(f"failed {failures[-1]}", style="red", markup=False, soft_wrap=True)
+            else:
+                console.print(f"finished {cell.title}", markup=False)
         bars.update(total, completed=sum(done_steps.values()))
         if not console.is_terminal and bars.get_time() - last_line > QUIET_SECONDS:
             last_line = bars.get_time()
-            console.print(_line(bars, total, len(todo) - len(pending), len(todo)))
+            console.print(_line(bars, total, runs_done, len(todo)))
     return failures
 
 
@@ -152,17 +124,6 @@ def _line(bars: Progress, total: Any, runs_done: int, runs: int) -> str:
     return f"{runs_done} of {runs} runs, {task.completed:,.0f} of {task.total or 0:,.0f} env steps, {left}"
 
 
-def _drain(events: queue.Queue[tuple[int, int]]) -> list[tuple[int, int]]:
-    """All reports that are waiting, the newest of each cell."""
-    newest: dict[int, int] = {}
-    while True:
-        try:
-            index, env_steps = events.get_nowait()
-        except queue.Empty:
-            return list(newest.items())
-        newest[index] = env_steps
-
-
 @contextmanager
 def training_bar(cell: Cell, console: Console, hidden: bool = False) -> Iterator[Callable[[int], None]]:
     """Show one training's progress.
@@ -172,7 +133,9 @@ def training_bar(cell: Cell, console: Console, hidden: bool = False) -> Iterator
     :param hidden: show nothing
     :return: a function to call with the env steps done so far
     """
-    _use_one_thread()
+    import torch as th  # here, as the command line imports this module before it knows whether there is work
+
+    th.set_num_threads(1)
     with _bars(console, hidden) as bars:
         task = bars.add_task(cell.title, total=cell.method.env_steps)
         yield lambda env_steps: bars.update(task, completed=min(env_steps, cell.method.env_steps))

@@ -3,13 +3,16 @@
 import shutil
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Any
 
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.logger import Logger
 
-from lawn_sb3.experiment.build import build_model, training_env
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.checkpoint import PENDING, Checkpoints, read_checkpoint, resume_model
+from lawn_sb3.experiment.checkpoint import OF_OLD, PENDING, Checkpoints, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.policy_errors import line_of_user, policy_error
@@ -17,21 +20,34 @@ from lawn_sb3.experiment.probe import check_policy
 from lawn_sb3.experiment.provenance import provenance
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.run_directory import files
-from lawn_sb3.experiment.run_directory.configuration import mark_finished, write_configuration
+from lawn_sb3.experiment.run_directory.configuration import is_finished, mark_finished, write_configuration
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
+from lawn_sb3.experiment.run_directory.log import logged
+from lawn_sb3.experiment.run_directory.manifest import write_manifest
 from lawn_sb3.experiment.run_directory.progress import ProgressCSV, TensorBoardCurve
+from lawn_sb3.experiment.run_directory.writer import only_writer
 from lawn_sb3.experiment.watching import Watch
 from lawn_sb3.game.player import Player
 from lawn_sb3.whole_files import whole_file, write_json
 
+CHECKPOINTS = (files.CHECKPOINT_FILE, files.CHECKPOINT_BEFORE_FILE, OF_OLD)
 
-def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
-    """Train (or resume) and evaluate a cell.
+
+def run_cell(cell: Cell, progress: Callable[[int], None], log: Path | None = None) -> None:
+    """Train (or resume) and evaluate a cell, unless its finished run is there.
 
     :param cell: the cell
     :param progress: called with the env steps trained so far
+    :param log: where what is printed goes, and the traceback of a failure; by default, where it always goes
+    :raises HeldError: if somebody else is writing the run
     """
-    claim_directory(cell)
+    with only_writer(cell.directory), logged(log) if log is not None else nullcontext():
+        if not is_finished(cell):
+            _run(cell, progress)
+
+
+def _run(cell: Cell, progress: Callable[[int], None]) -> None:
+    checkpoint = claim_directory(cell)
     record = provenance()
     player: Player
     model: BaseAlgorithm | None = None
@@ -39,7 +55,7 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
         player = find_player(cell.method.player)
         record["train_seconds"] = 0.0
     else:
-        model, watch, resumed_at = _train(cell, progress)
+        model, watch, resumed_at = _train(cell, checkpoint, progress)
         record["resumed_at_env_steps"] = resumed_at
         record["trained_env_steps"] = watch.env_steps
         record["train_seconds"] = round(watch.seconds, 1)
@@ -55,18 +71,25 @@ def run_cell(cell: Cell, progress: Callable[[int], None]) -> None:
         write_rows(cell.directory / files.SAMPLED_FILE, rows)
     record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
     write_json(cell.directory / files.PROVENANCE_FILE, record)
+    for name in CHECKPOINTS:  # all that they were for is done
+        (cell.directory / name).unlink(missing_ok=True)
+    write_manifest(cell.directory, {**record, "configuration": cell.configuration()})
     mark_finished(cell)
-    (cell.directory / files.CHECKPOINT_FILE).unlink(missing_ok=True)
 
 
-def claim_directory(cell: Cell) -> None:
-    """Make the run directory the cell's own: what another configuration left goes, a checkpoint to resume stays."""
-    cell.directory.mkdir(parents=True, exist_ok=True)
-    if read_checkpoint(cell) is None:
-        for name in (files.FINISHED_FILE, files.MODEL_FILE, files.CHECKPOINT_FILE, *files.RESULT_FILES):
+def claim_directory(cell: Cell) -> dict[str, Any] | None:
+    """Make the run directory the cell's own: what another configuration left goes, a checkpoint to resume stays.
+
+    :param cell: the cell
+    :return: the checkpoint, if there is one
+    """
+    checkpoint = read_checkpoint(cell)
+    if checkpoint is None:
+        for name in (files.FINISHED_FILE, files.MANIFEST_FILE, files.MODEL_FILE, *CHECKPOINTS, *files.RESULT_FILES):
             (cell.directory / name).unlink(missing_ok=True)
         shutil.rmtree(cell.directory / files.TENSORBOARD_FOLDER, ignore_errors=True)
     write_configuration(cell)
+    return checkpoint
 
 
 def try_method(cell: Cell) -> None:
@@ -75,11 +98,12 @@ def try_method(cell: Cell) -> None:
     check_policy(build_model(cell), cell.method.policy)
 
 
-def _train(cell: Cell, progress: Callable[[int], None]) -> tuple[BaseAlgorithm, Watch, int]:
+def _train(
+    cell: Cell, checkpoint: dict[str, Any] | None, progress: Callable[[int], None]
+) -> tuple[BaseAlgorithm, Watch, int]:
     """Train a cell from its start or its checkpoint; save the model. Returns it, its watch and where it began."""
     num_uavs, method, folder = cell.scenario.num_uavs, cell.method, cell.directory
-    checkpoint = read_checkpoint(cell)
-    model = build_model(cell) if checkpoint is None else resume_model(cell, checkpoint, training_env(cell))
+    model = build_model(cell) if checkpoint is None else resume_model(cell, checkpoint)
     began = model.num_timesteps // num_uavs
     watch = Watch(cell, progress)
     if checkpoint is not None:

@@ -2,24 +2,25 @@
 
 import json
 import math
-import multiprocessing
 import tempfile
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
 import optuna
 import pandas as pd
+import torch as th
 from optuna.distributions import BaseDistribution, CategoricalDistribution
 from rich.console import Console
 
+from lawn_sb3.errors import FailedRunsError
+from lawn_sb3.experiment.backends.job import Backend, Failed, Finished, Job, Noted
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.recipe import Evaluation, Method, parse_method
-from lawn_sb3.experiment.reproduce import prepare_worker
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
 from lawn_sb3.experiment.search import Search, Setting
 from lawn_sb3.experiment.train import run_cell
@@ -40,24 +41,44 @@ class Training(NamedTuple):
     seed: int
 
 
-def run_search(search: Search, methods: Mapping[str, Method], file: Path, jobs: int, console: Console) -> None:
+def run_search(search: Search, methods: Mapping[str, Method], file: Path, backend: Backend, console: Console) -> None:
     """Try settings of every method with the first seed, then train the best with all; earlier calls count.
 
     :param search: the search
     :param methods: the methods to search for
     :param file: where the trainings are kept, one row each
-    :param jobs: trainings side by side
+    :param backend: who trains
     :param console: where progress goes
+    :raises FailedRunsError: if a training failed; those before it are kept
     """
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(jobs, mp_context=context, initializer=prepare_worker) as pool, _stopping_workers():
-        while batch := _next_trainings(search, methods, read_trainings(file)):
-            asked = [(search, methods[one.method], one) for one in batch]
-            for one, (reward, seconds) in zip(batch, pool.map(_score, *zip(*asked, strict=True)), strict=True):
-                row = (one.method, json.dumps(one.settings), one.seed, search.env_steps, reward, round(seconds, 1))
-                rows = pd.concat([read_trainings(file), pd.DataFrame([row], columns=COLUMNS)])
-                write_text(file, rows.to_csv(index=False, lineterminator="\n"))
-                console.print(f"{one.method} seed {one.seed}: J {reward:.3f} with {dict(one.settings)}", soft_wrap=True)
+    while batch := _next_trainings(search, methods, read_trainings(file)):
+        titles = [f"{one.method} seed {one.seed} with {dict(one.settings)}" for one in batch]
+        jobs = [
+            Job(title, partial(_score, search, methods[one.method], one))
+            for title, one in zip(titles, batch, strict=True)
+        ]
+        scores: dict[int, tuple[float, float]] = {}
+        written = 0
+        with closing(backend.run(jobs)) as events:
+            for event in events:
+                if isinstance(event, Failed):
+                    raise FailedRunsError(f"{titles[event.job]}: {event.reason}")
+                if isinstance(event, Noted):
+                    console.print(f"{titles[event.job]}: {event.text}", markup=False, soft_wrap=True)
+                if isinstance(event, Finished):
+                    scores[event.job] = event.value
+                while written in scores:  # in the order in which they were proposed, whoever is done first
+                    _keep(search, batch[written], scores[written], file, console)
+                    written += 1
+
+
+def _keep(search: Search, one: Training, score: tuple[float, float], file: Path, console: Console) -> None:
+    """Write down what a training came to."""
+    reward, seconds = score
+    row = (one.method, json.dumps(one.settings), one.seed, search.env_steps, reward, round(seconds, 1))
+    rows = pd.concat([read_trainings(file), pd.DataFrame([row], columns=COLUMNS)])
+    write_text(file, rows.to_csv(index=False, lineterminator="\n"))
+    console.print(f"{one.method} seed {one.seed}: J {reward:.3f} with {dict(one.settings)}", soft_wrap=True)
 
 
 def read_trainings(file: Path) -> pd.DataFrame:
@@ -169,27 +190,17 @@ def _new_settings(
     return new
 
 
-def _score(search: Search, method: Method, one: Training) -> tuple[float, float]:
+def _score(search: Search, method: Method, one: Training, progress: Callable[[int], None]) -> tuple[float, float]:
     """Mean greedy reward J of a training, and its CPU seconds."""
+    th.set_num_threads(1)  # as in a recipe: equal numbers everywhere
     values = {**method.model_dump(), "env_steps": search.env_steps, "settings": {**method.settings, **one.settings}}
     evaluation = Evaluation(episodes=search.episodes, seed=search.missions_seed, watch_every=10**9)
     began = time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         cell = Cell(one.method, parse_method(values), one.seed, load_scenario("paper"), evaluation, Path(folder))
         try:
-            run_cell(cell, lambda env_steps: None)
+            run_cell(cell, progress)
             reward = summarize(pd.read_csv(Path(folder) / EVALUATION_FILE))["reward"]
         except ValueError:  # networks that are no numbers any more
             reward = -math.inf
     return reward, time.process_time() - began
-
-
-@contextmanager
-def _stopping_workers() -> Iterator[None]:
-    """End the workers at once when the search is interrupted."""
-    try:
-        yield
-    except BaseException:
-        for process in multiprocessing.active_children():
-            process.terminate()
-        raise

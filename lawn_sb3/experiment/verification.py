@@ -1,5 +1,6 @@
 """Checking a finished run: its model flies the test missions again, and the rows have to come out the same."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,7 @@ from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.run_directory.configuration import load_finished_run
 from lawn_sb3.experiment.run_directory.csv_file import rows_as_text
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE, MODEL_FILE, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.manifest import check_unaltered
 from lawn_sb3.experiment.weights import are_rounded
 
 FEW = 0.01
@@ -36,14 +38,16 @@ class Verification(NamedTuple):
         return self.rows_that_differ <= (FEW * self.rows if self.rounded_weights else 0)
 
 
-def verify_run(directory: Path) -> Verification:
+def verify_run(directory: Path, trusted: Collection[str] = ()) -> Verification:
     """Fly the test missions of a finished run again.
 
     :param directory: the run
+    :param trusted: policies that it may name though they do not come with the kit
     :return: how many rows differ
-    :raises UserError: if the run is not finished, or its model or rows are missing or damaged
+    :raises UserError: if the run is not finished or not as it was left, or its model or rows are missing or damaged
     """
-    cell = load_finished_run(directory)
+    cell = load_finished_run(directory, trusted)
+    check_unaltered(directory)
     chosen, path = cell.evaluation, directory / EVALUATION_FILE
     player = load_player(cell, deterministic=chosen.deterministic)
     again = evaluate(player, cell.scenario, chosen.episodes, chosen.seed, cell.seed)

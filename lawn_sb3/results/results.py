@@ -14,7 +14,8 @@ from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.recipe import Method, Recipe
 from lawn_sb3.experiment.run_directory.configuration import is_finished
-from lawn_sb3.experiment.run_directory.files import CONFIG_FILE
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, MANIFEST_FILE
+from lawn_sb3.experiment.run_directory.manifest import altered_files
 from lawn_sb3.experiment.run_directory.progress import read_progress
 from lawn_sb3.experiment.run_directory.reading import (
     read_evaluation,
@@ -150,13 +151,27 @@ def read_results(recipe: Recipe, cells: Sequence[Cell], tables: Collection[str] 
         if not is_finished(cell):
             results.problems.append(f"{cell.title}: not finished, or made with another configuration")
             continue
-        for table, rows in _read_run(recipe, cell, tables, results.problems).items():
+        if (tables_read := _read_run(recipe, cell, tables, results.problems)) and _is_altered(cell, results.problems):
+            continue
+        for table, rows in tables_read.items():
             labels = pd.DataFrame({"method": cell.key, "seed": cell.seed}, index=rows.index)
             parts[table].append(pd.concat([labels, rows], axis=1))
     for table, frames in parts.items():
         if frames:
             setattr(results, table, pd.concat(frames, ignore_index=True))
     return results
+
+
+def _is_altered(cell: Cell, problems: list[str]) -> bool:
+    """Whether a run is not as it was left; adds a line that says so."""
+    try:
+        altered = altered_files(cell.directory)
+    except UserError as error:
+        problems.append(f"{cell.title}: {error}")
+        return True
+    if altered:
+        problems.append(f"{cell.title}: {', '.join(altered)} not as the run left it, by its {MANIFEST_FILE}")
+    return bool(altered)
 
 
 def _read_run(recipe: Recipe, cell: Cell, tables: Collection[str], problems: list[str]) -> dict[str, pd.DataFrame]:

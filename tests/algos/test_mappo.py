@@ -8,6 +8,7 @@ import pytest
 import torch as th
 from stable_baselines3 import PPO
 from stable_baselines3.common.callbacks import BaseCallback
+from stable_baselines3.common.utils import LinearSchedule
 from stable_baselines3.common.vec_env import VecMonitor, VecNormalize
 
 from lawn_sb3.algos.mappo import MAPPO, CTDEPolicy
@@ -103,7 +104,7 @@ def test_the_entropy_coefficient_reaches_the_loss() -> None:
 
 
 def test_schedules_survive_save_and_load(tmp_path: Path) -> None:
-    learner(ent_coef=lambda left: 0.02 * left).save(tmp_path / "model.zip")
+    learner(ent_coef=LinearSchedule(0.02, 0.0, 1.0)).save(tmp_path / "model.zip")
     seen = AtUpdates()
     MAPPO.load(tmp_path / "model.zip", env=small_env(), device="cpu").learn(2 * ROLLOUT, callback=seen)
     assert [noted["train/ent_coef"] for noted in seen.logged] == pytest.approx([0.01, 0.0])

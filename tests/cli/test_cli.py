@@ -99,24 +99,37 @@ def test_a_disk_without_room_for_a_model_loses_nothing_else(lawn: Lawn, tmp_path
     assert "1 of 2 runs are finished already" in lawn("reproduce", path).err
 
 
-def test_an_interrupt_is_answered_and_the_same_command_goes_on(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("number", "of_group", "heeds_interrupts", "status"),
+    [
+        (signal.SIGINT, True, True, 130),
+        (signal.SIGTERM, False, False, 143),  # as a background job, which may ignore Ctrl-C
+    ],
+)
+def test_an_interrupt_is_answered_and_the_same_command_goes_on(
+    tmp_path: Path, number: signal.Signals, of_group: bool, heeds_interrupts: bool, status: int
+) -> None:
     path = recipe(tmp_path, methods={"mappo": {**MAPPO, "env_steps": 400_000}}, seeds=[0])
+    answer = signal.SIG_DFL if heeds_interrupts else signal.SIG_IGN
     process = subprocess.Popen(
         [*APART, "reproduce", path],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # a background job may ignore it
+        preexec_fn=lambda: signal.signal(signal.SIGINT, answer),
     )
-    progress = tmp_path / "tiny" / "mappo" / "seed-0" / "progress.csv"
-    for _ in range(600):
-        if progress.exists() and progress.read_text():
+    run = tmp_path / "tiny" / "mappo" / "seed-0"
+    for _ in range(3000):
+        if (run / "progress.csv").exists() and (run / "progress.csv").read_text():
             break
         time.sleep(0.1)
-    os.killpg(process.pid, signal.SIGINT)
+    beside = subprocess.run([*APART, "reproduce", path], capture_output=True, text=True, check=False)
+    assert beside.returncode == 1
+    assert f"is being written by process {process.pid} on " in beside.stderr.splitlines()[-1]
+    (os.killpg if of_group else os.kill)(process.pid, number)
     _, said = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert "interrupted" in said
+    assert process.returncode == status
+    assert "the same command goes on from there" in said.splitlines()[-1]
     assert "Traceback" not in said
 
 
@@ -160,6 +173,21 @@ def test_an_interrupt_of_any_command_ends_with_one_line_and_status_130(
     said = lawn(*arguments.split(), status=130).err
     assert said.splitlines()[-1].startswith("lawn-sb3: interrupted")
     assert "Traceback" not in said
+
+
+def terminated(*_: object, **__: object) -> None:
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(60)
+
+
+def test_a_termination_ends_in_order_too_also_where_interrupts_are_ignored(
+    lawn: Lawn, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("lawn_sb3.experiment.evaluation.fly", terminated)
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    said = lawn("evaluate", "--player", "random", status=143).err
+    signal.signal(signal.SIGINT, before)
+    assert said == "lawn-sb3: interrupted; what was not finished is not kept, the same command begins anew\n"
 
 
 @pytest.mark.parametrize(

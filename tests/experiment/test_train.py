@@ -1,6 +1,7 @@
 """A cell's run: complete, repeatable to the byte, and resumed after an interruption as if nothing had happened."""
 
 import json
+import pickle
 import sys
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,7 +12,7 @@ import pytest
 import yaml
 from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-from lawn_sb3.errors import UserError
+from lawn_sb3.errors import Notice, UserError
 from lawn_sb3.experiment import checkpoint
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell, cells
@@ -21,6 +22,7 @@ from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import Scenario
+from tests.experiment.payload import Payload
 from tests.experiment.training import assert_equal_runs, ignore, interrupt, mappo_cell, qmix_cell, resumed
 
 
@@ -30,7 +32,7 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
     names = {path.name for path in small_cell.directory.iterdir()}
     assert names == {
         "config.yaml", "provenance.json", "progress.csv", "tensorboard", "model.zip", "finished", "evaluation.csv",
-        "evaluation_sampled.csv", "slots.csv", "paths.csv",
+        "evaluation_sampled.csv", "slots.csv", "paths.csv", "manifest.json",
     }  # fmt: skip
     provenance = json.loads((small_cell.directory / "provenance.json").read_text())
     assert provenance["versions"]["stable-baselines3"]
@@ -89,11 +91,21 @@ def test_the_seconds_before_an_interruption_count(small_cell: Cell) -> None:
 @pytest.mark.usefixtures("often")
 def test_a_damaged_checkpoint_is_named_and_the_training_starts_anew(small_cell: Cell) -> None:
     interrupt(small_cell, 128)
-    path = small_cell.directory / "checkpoint.pt"
+    path = small_cell.directory / "checkpoint.bin"
     path.write_bytes(path.read_bytes()[:1000])
-    with pytest.warns(UserWarning, match=r"checkpoint\.pt"):
+    with pytest.warns(Notice, match=r"checkpoint\.bin'; the training starts anew"):
         run_cell(small_cell, ignore)
     assert is_finished(small_cell)
+
+
+@pytest.mark.usefixtures("often")
+def test_a_checkpoint_of_an_earlier_version_is_named_and_not_read(small_cell: Cell) -> None:
+    small_cell.directory.mkdir(parents=True)
+    (small_cell.directory / "checkpoint.pt").write_bytes(pickle.dumps(Payload(small_cell.directory.parent / "ran")))
+    with pytest.warns(Notice, match=r"checkpoint\.pt' is of an earlier version and not read; the training starts anew"):
+        run_cell(small_cell, ignore)
+    assert {path.name for path in small_cell.directory.parent.iterdir()} == {small_cell.directory.name}
+    assert not (small_cell.directory / "checkpoint.pt").exists()
 
 
 @pytest.mark.usefixtures("often")

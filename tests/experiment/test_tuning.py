@@ -8,6 +8,7 @@ import yaml
 from rich.console import Console
 
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.backends.local import LocalBackend
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.search import load_search
@@ -40,11 +41,11 @@ def written(folder: Path, **changes: object) -> Path:
 def test_a_search_tries_the_recipes_settings_first_and_goes_on_where_it_stopped(tmp_path: Path) -> None:
     console, file = Console(record=True, width=200), tmp_path / "search.csv"
     search, methods = load_search(written(tmp_path))
-    run_search(search, methods, file, 1, console)
+    run_search(search, methods, file, LocalBackend(1), console)
     assert "{'gamma': 0.8, 'n_epochs': 1}" in console.export_text().splitlines()[0]
     first = file.read_bytes()
     longer, methods = load_search(written(tmp_path, trials=3, seeds=[100, 101], finalists=1))
-    run_search(longer, methods, file, 1, console)
+    run_search(longer, methods, file, LocalBackend(1), console)
     assert file.read_bytes().startswith(first)
     assert len(read_trainings(file)) == 4  # three settings with the first seed, the best of them with the other
     ranked = ranked_settings(longer, file)
@@ -57,7 +58,7 @@ def test_a_search_tries_the_recipes_settings_first_and_goes_on_where_it_stopped(
 def test_every_value_is_tried_once_and_no_more_where_there_are_fewer_than_trials(tmp_path: Path) -> None:
     file, space = tmp_path / "search.csv", {"mappo": {"n_epochs": [1, 2, 3]}}
     search, methods = load_search(written(tmp_path, trials=9, space=space))
-    run_search(search, methods, file, 2, Console(quiet=True))
+    run_search(search, methods, file, LocalBackend(2), Console(quiet=True))
     ranked = ranked_settings(search, file)
     assert sorted(settings["n_epochs"] for settings in ranked["settings"]) == [1, 2, 3]
     edges = {

@@ -1,5 +1,6 @@
 """Short trainings for tests: interrupted, resumed, and compared file by file."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Evaluation, Method
-from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, PROVENANCE_FILE, RESULT_FILES
+from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, MODEL_FILE, PROVENANCE_FILE, RESULT_FILES
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
 
@@ -73,8 +74,8 @@ def parameters(cell: Cell) -> dict[str, th.Tensor]:
 
 
 def assert_equal_runs(one: Cell, other: Cell) -> None:
-    """Both left the same files with the same bytes, times aside, and the same weights."""
-    for name in {CONFIG_FILE, *RESULT_FILES} - {PROVENANCE_FILE}:
+    """Both left the same files with the same bytes, the model too, times aside, and the same weights."""
+    for name in {CONFIG_FILE, MODEL_FILE, *RESULT_FILES} - {PROVENANCE_FILE}:
         first, second = (cell.directory / name for cell in (one, other))
         assert first.exists() == second.exists(), name
         assert not first.exists() or first.read_bytes() == second.read_bytes(), name
@@ -82,11 +83,12 @@ def assert_equal_runs(one: Cell, other: Cell) -> None:
         assert th.equal(weights, parameters(other)[name]), name
 
 
-def resumed(cell: Cell, limit: int) -> list[int]:
+def resumed(cell: Cell, limit: int, meanwhile: Callable[[Cell], None] = lambda cell: None) -> list[int]:
     """Env steps reported by a training once it is resumed, which has to leave what an uninterrupted one does."""
     whole = replace(cell, directory=cell.directory.with_name("whole"))
     run_cell(whole, ignore)
     interrupt(cell, limit)
+    meanwhile(cell)
     np.random.seed(0)
     th.manual_seed(0)
     reports: list[int] = []

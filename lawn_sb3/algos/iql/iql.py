@@ -20,6 +20,7 @@ from stable_baselines3.dqn.policies import DQNPolicy, MlpPolicy
 from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.in_time import draw_actions
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
+from lawn_sb3.algos.common.plainly_saved import PlainlySaved
 from lawn_sb3.algos.iql.learners import Learner, learner_class
 from lawn_sb3.algos.iql.policies import IndependentPolicy
 from lawn_sb3.algos.iql.replay import ReplayRouter, replay_content, restore_content
@@ -42,7 +43,7 @@ HANDED_ON = (
 """Settings that every learner has as they are."""
 
 
-class IQL(MissionStatistics, DQN):
+class IQL(PlainlySaved, MissionStatistics, DQN):
     """Every UAV learns by itself from its own o_i; the others are part of its environment.
 
     SB3's off-policy loop steps the environment once for all; every learner has a replay, networks and an optimiser of
@@ -203,7 +204,10 @@ class IQL(MissionStatistics, DQN):
         return super()._sample_action(learning_starts, action_noise, n_envs)
 
     def load_replay_buffer(self, path: str | Path | io.BufferedIOBase, truncate_last_traj: bool = True) -> None:
-        """Load all learners' replays from a file that ``save_replay_buffer`` wrote."""
+        """Load all learners' replays from a file that ``save_replay_buffer`` wrote.
+
+        As in SB3 that is a pickle, which can run code: load none that you do not trust.
+        """
         saved = load_from_pkl(path, self.verbose)
         for own, other in zip(self.replay_buffer.replays, saved.replays, strict=True):
             restore_content(own, replay_content(other))

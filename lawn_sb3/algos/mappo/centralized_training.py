@@ -1,15 +1,11 @@
 """What SB3's PPO and its relatives lack for CTDE: the layout for the policy, value normalisation, annealed entropy."""
 
-import io
 from contextlib import nullcontext
-from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar
 
-import torch as th
 from stable_baselines3.common.buffers import RolloutBuffer
 from stable_baselines3.common.on_policy_algorithm import OnPolicyAlgorithm
 from stable_baselines3.common.policies import BasePolicy
-from stable_baselines3.common.save_util import load_from_zip_file
 from stable_baselines3.common.type_aliases import GymEnv, Schedule
 from stable_baselines3.common.utils import FloatSchedule
 from stable_baselines3.common.vec_env import VecEnv
@@ -17,6 +13,7 @@ from torch import nn
 
 from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
+from lawn_sb3.algos.common.plainly_saved import PlainlySaved
 from lawn_sb3.algos.mappo.policies import CTDEViews
 from lawn_sb3.algos.mappo.precision import check_autocast, networks_in
 from lawn_sb3.algos.mappo.value_normalization import NormalizedRolloutBuffer, NormalizedValueHead
@@ -26,7 +23,7 @@ CRITIC_PARTS = ("mlp_extractor.value_net.", "value_net.", "vf_features_extractor
 """How the names of a critic's parameters begin, in SB3 and sb3-contrib."""
 
 
-class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
+class CentralizedTraining(PlainlySaved, MissionStatistics, OnPolicyAlgorithm):
     """Mixin for SB3's or sb3-contrib's PPO: takes what that PPO takes.
 
     :param policy: a policy class; one with :class:`CTDEViews` is given the environment's ``layout``
@@ -148,46 +145,14 @@ class CentralizedTraining(MissionStatistics, OnPolicyAlgorithm):
             self.max_grad_norm = self._norm_each
 
     @classmethod
-    def load(
-        cls,
-        path: str | Path | io.BufferedIOBase,
-        env: GymEnv | None = None,
-        device: th.device | str = "auto",
-        custom_objects: dict[str, Any] | None = None,
-        *args: Any,
-        **kwargs: Any,
-    ) -> Self:
-        """Load a model as SB3 does; with games of another N if its networks are the same for every N.
-
-        :param path: what ``save`` wrote
-        :param env: an environment to go on in
-        :param device: as in SB3, as all others
-        :return: the model
-        :raises ValueError: if its networks depend on N and the environment has another one
-        """
-        asked = env.get_attr("layout", [0])[0] if isinstance(env, VecEnv) and env.has_attr("layout") else None
-        policy_kwargs = {} if asked is None else _saved_policy_kwargs(path)
-        trained = policy_kwargs.get("layout")
-        if env is None or trained is None or trained == asked:
-            return super().load(path, env, device, custom_objects, *args, **kwargs)
-        replaced = {"observation_space": env.observation_space, "policy_kwargs": {**policy_kwargs, "layout": asked}}
-        try:
-            return super().load(path, env, device, {**(custom_objects or {}), **replaced}, *args, **kwargs)
-        except RuntimeError as error:
-            raise ValueError(
-                f"the model was trained for {trained} and its networks do not fit {asked}: a critic that reads x has "
-                "another input there"
-            ) from error
+    def _fitted(cls, values: dict[str, Any], env: VecEnv) -> dict[str, Any]:
+        """Games of another N fit if the networks are the same for every N."""
+        trained = values["policy_kwargs"].get("layout")
+        asked = env.get_attr("layout", [0])[0] if env.has_attr("layout") else None
+        if None in (trained, asked) or trained == asked:
+            return {}
+        policy_kwargs = {**values["policy_kwargs"], "layout": asked}
+        return {"observation_space": env.observation_space, "policy_kwargs": policy_kwargs}
 
     def _excluded_save_params(self) -> list[str]:
         return [*super()._excluded_save_params(), "_value_head"]
-
-
-def _saved_policy_kwargs(path: str | Path | io.BufferedIOBase) -> dict[str, Any]:
-    """The arguments of the policy that a saved model holds."""
-    data, _, _ = load_from_zip_file(path, device="cpu")
-    if isinstance(path, io.BufferedIOBase):
-        path.seek(0)
-    assert data is not None
-    policy_kwargs: dict[str, Any] = data["policy_kwargs"]
-    return policy_kwargs

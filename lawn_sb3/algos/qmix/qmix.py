@@ -19,12 +19,13 @@ from torch.nn import functional
 from lawn_sb3.algos.common.games import check_continuation
 from lawn_sb3.algos.common.in_time import draw_actions
 from lawn_sb3.algos.common.mission_statistics import MissionStatistics
+from lawn_sb3.algos.common.plainly_saved import PlainlySaved
 from lawn_sb3.algos.qmix.joint_replay import JointReplayBuffer, JointSamples
 from lawn_sb3.algos.qmix.policies import QMIXPolicy
 from lawn_sb3.choices import Continuation
 
 
-class QMIX(MissionStatistics, DQN):
+class QMIX(PlainlySaved, MissionStatistics, DQN):
     """Off-policy learning of one value per game, mixed from the UAVs' own Qs; the policy class holds the mixer.
 
     Takes what SB3's ``DQN`` takes but for :attr:`not_taken`, by name, with the defaults of :attr:`DEFAULTS`. An env

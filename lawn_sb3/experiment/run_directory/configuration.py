@@ -1,6 +1,6 @@
 """``config.yaml`` and ``finished``: what a run was made with, and whether it is the finished run of a cell."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +8,7 @@ import yaml
 
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import NOT_IN_RESULTS, Cell
+from lawn_sb3.experiment.policy_places import check_trusted
 from lawn_sb3.experiment.recipe import Evaluation, Method
 from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, FINISHED_FILE
 from lawn_sb3.scenario import Scenario
@@ -19,19 +20,20 @@ def write_configuration(cell: Cell) -> None:
     write_text(cell.directory / CONFIG_FILE, yaml.safe_dump(cell.configuration(), sort_keys=False))
 
 
-def load_run(directory: Path) -> Cell:
+def load_run(directory: Path, trusted: Collection[str] = ()) -> Cell:
     """Read back which cell a run directory holds.
 
     :param directory: the run
+    :param trusted: policies that it may name though they do not come with the kit
     :return: its cell
-    :raises UserError: if it holds no run, or another version's
+    :raises UserError: if it holds no run, another version's, or one of a policy that is not trusted
     """
     path = directory / CONFIG_FILE
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
         if not isinstance(values["seed"], int) or values["seed"] < 0:
             raise ValueError(f"seed = {values['seed']!r}: a whole number from 0 up")
-        return Cell(
+        cell = Cell(
             key=values["key"],
             method=Method.model_validate(values["method"]),
             seed=values["seed"],
@@ -41,18 +43,22 @@ def load_run(directory: Path) -> Cell:
         )
     except OSError as error:
         raise UserError(f"{str(directory)!r} holds no run: {path.name}: {error.strerror}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"{str(path)!r} is not the configuration of a run: {first_line(error)}") from None
+    if cell.method.policy is not None:
+        check_trusted(cell.method.policy, trusted, repr(str(path)))
+    return cell
 
 
-def load_finished_run(directory: Path) -> Cell:
+def load_finished_run(directory: Path, trusted: Collection[str] = ()) -> Cell:
     """Read back which cell a run directory holds, and refuse it if its run is not complete.
 
     :param directory: the run
+    :param trusted: as for :func:`load_run`
     :return: its cell
-    :raises UserError: if it holds no run, another version's, or one that is not finished
+    :raises UserError: as :func:`load_run`, and if its run is not finished
     """
-    cell = load_run(directory)
+    cell = load_run(directory, trusted)
     if not is_finished(cell):
         raise UserError(f"{str(directory)!r} is not finished, or its policy file has changed since")
     return cell

@@ -1,0 +1,1 @@
+"""Long campaigns, each a command of minutes: ``make torture`` runs all. Their short forms are tests."""
