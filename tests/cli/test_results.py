@@ -78,6 +78,8 @@ def test_a_whole_run_is_verified_and_a_forged_one_is_not(lawn: Lawn) -> None:
     rows = run / "evaluation.csv"
     text = rows.read_text()
     rows.write_text(text.replace("\n0,1,", "\n0,1,9", 1))
+    assert "evaluation.csv not as the run left it" in lawn("verify", run, status=2).err
+    (rows.parent / "manifest.json").unlink()  # as whoever forges may do
     assert "1 of 16 rows" in lawn("verify", run, status=1).err
     rows.write_text(text[:200])
     lawn("verify", run, status=2)
