@@ -4,7 +4,8 @@ Scores are a matrix [S, E]: S training seeds of one method, E test missions. Eve
 missions, so column m is the same mission everywhere. What is resampled are seeds, whole rows with all their missions:
 the E scores of one seed come from one trained player, so they are no independent samples of the method, and an interval
 that took them for such would show the spread of missions, not of trainings. The missions themselves are held fixed; the
-intervals say how much another training would change, not other missions.
+intervals say how much another training would change, not other missions. :func:`crossed_t` alone counts both: what is
+said of methods rests on it.
 
 The intervals are percentile bootstraps, which are too narrow for few seeds: with five normally distributed seeds a
 95 % interval holds the true mean in about five of six cases (a test measures it), and it never leaves the range of the
@@ -22,6 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import bootstrap, trim_mean, ttest_ind, ttest_rel
+from scipy.stats import t as student_t
 
 from lawn_sb3.errors import UserError
 
@@ -120,10 +122,52 @@ def paired_difference(scores: ArrayLike, other: ArrayLike) -> Interval:
     return _over_pairs(pairs)
 
 
+class Tested(NamedTuple):
+    """A difference, and whether chance may have made it."""
+
+    interval: Interval
+    """The difference with its 95 % t interval."""
+    p_value: float
+    """The two-sided p-value; NaN where nothing was drawn that could have come out otherwise, and for one seed."""
+
+
+def crossed_t(scores: ArrayLike, other: ArrayLike) -> Tested:
+    """Mean of score minus other over the same missions, where other seeds and other missions would both change it.
+
+    What verdicts on methods rest on. The variances of three means are added: over the seeds of either method, as in
+    Welch's test, and over the missions, of the difference of what a mission gives with both, on average over seeds. The
+    degrees of freedom are Satterthwaite's. What seeds and missions do together is in the last of these already, so that
+    the interval is rather too wide.
+
+    :param scores: scores of a method [S1, E]
+    :param other: scores of the method it is compared with, on the same missions [S2, E]
+    :return: the difference in the unit of the scores; a single mission is held fixed. NaN bounds if either method has
+        one seed; equal bounds, and no p-value, where neither seeds nor missions differ by more than ``ROUNDING``
+    :raises UserError: if the missions do not fit, there is no score, or one that is not finite
+    """
+    first, second = _checked_pair(scores, other)
+    value, rounding = float(first.mean() - second.mean()), _rounding(first.ravel(), second.ravel())
+    drawn = [first.mean(axis=1), second.mean(axis=1)]
+    if min(map(len, drawn)) < 2:
+        return Tested(Interval(value, float("nan"), float("nan")), float("nan"))
+    missions = first.mean(axis=0) - second.mean(axis=0)
+    drawn = [sample for sample in (*drawn, missions) if np.ptp(sample) > rounding]
+    if not drawn:
+        value = value if abs(value) > rounding else 0.0
+        return Tested(Interval(value, value, value), float("nan"))
+    variances = np.array([sample.var(ddof=1) / len(sample) for sample in drawn])
+    error = float(np.sqrt(variances.sum()))
+    freedoms = np.array([len(sample) - 1.0 for sample in drawn])
+    freedom = float(variances.sum() ** 2 / (variances**2 / freedoms).sum())
+    half = float(student_t.ppf((1.0 + CONFIDENCE) / 2.0, freedom)) * error
+    return Tested(Interval(value, value - half, value + half), float(2.0 * student_t.sf(abs(value) / error, freedom)))
+
+
 def welch_difference(by_seed: ArrayLike, other: ArrayLike) -> Interval:
     """Difference of two means over seeds with Welch's t interval, which five seeds do not make too narrow.
 
-    Verdicts rest on it. It takes seeds for draws of a normal distribution, each method with a spread of its own.
+    For figures that are none of single missions, such as those of a learning curve. It takes seeds for draws of a
+    normal distribution, each method with a spread of its own.
 
     :param by_seed: one score per seed [S1]
     :param other: the same of another method [S2]

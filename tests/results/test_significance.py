@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.stats import t as student_t
 
-from lawn_sb3.results.statistics import holm, paired_p, paired_t, welch_difference, welch_p
+from lawn_sb3.results.statistics import crossed_t, holm, paired_p, paired_t, welch_difference, welch_p
 
 
 def test_holm_by_hand() -> None:
@@ -84,3 +85,34 @@ def test_seeds_that_differ_by_more_do() -> None:
 def test_what_rounding_leaves_of_equal_differences_is_no_effect() -> None:
     assert paired_t([0.1 + 0.2, 0.7], [0.3, 0.1 + 0.6]) == (0.0, 0.0, 0.0)
     assert np.isnan(paired_p([0.3, 0.4], [0.1, 0.2]))  # 0.2 both, but for the last bit
+
+
+def test_a_difference_over_seeds_and_missions_by_hand() -> None:
+    # By seed 1 and 3 against 0 and 0: variance of the mean 2 / 2 = 1. By mission 1.5 and 2.5: 0.5 / 2 = 0.25. Together
+    # 1.25, with 1.25^2 / (1 / 1 + 0.0625 / 1) = 1.47059 degrees of freedom.
+    found = crossed_t([[0.5, 1.5], [2.5, 3.5]], [[0.0, 0.0], [0.0, 0.0]])
+    error, freedom = math.sqrt(1.25), 1.5625 / 1.0625
+    half = student_t.ppf(0.975, freedom) * error
+    assert found.interval == pytest.approx((2.0, 2.0 - half, 2.0 + half))
+    assert found.p_value == pytest.approx(2.0 * student_t.sf(2.0 / error, freedom))
+
+
+def test_without_spread_over_missions_it_is_welchs_test_and_without_any_there_is_none() -> None:
+    by_seed, others = [1.0, 2.0, 4.0], [0.0, 1.0]
+    for num_missions in (1, 5):  # that all give the same; a single one is held fixed
+        found = crossed_t(*(np.repeat(np.array(own)[:, None], num_missions, axis=1) for own in (by_seed, others)))
+        assert found.interval == pytest.approx(welch_difference(by_seed, others))
+        assert found.p_value == pytest.approx(welch_p(by_seed, others))
+    level = crossed_t([[1.0, 2.0], [1.0, 2.0]], [[0.0, 1.0], [0.0, 1.0]])
+    assert level.interval == (1.0, 1.0, 1.0)
+    assert np.isnan(level.p_value)
+    assert not crossed_t([[1.0, 2.0]], [[0.0, 1.0], [0.0, 1.0]]).interval.is_known  # one seed
+
+
+def test_of_methods_that_are_alike_at_most_one_in_twenty_differs_whatever_seeds_and_missions_were_drawn() -> None:
+    rng, rejected, rounds = np.random.default_rng(0), 0, 2_000
+    for _ in range(rounds):
+        seeds, missions = rng.normal(0.0, 0.3, (2, 5, 1)), rng.normal(0.0, 1.0, (2, 1, 40))
+        first, second = seeds + missions + rng.normal(0.0, 1.0, (2, 5, 40))
+        rejected += crossed_t(first, second).p_value < 0.05
+    assert rejected / rounds < 0.06

@@ -30,7 +30,7 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 MEANINGS: dict[Verdict, str] = {
     "reproduced": "the data show it",
     "partly": "some of its conditions hold",
-    "contradicted": "the data show the contrary",
+    "contradicted": "the data, or the paper's own equations, show the contrary",
     "not shown": "these data cannot tell",
     "impossible as printed": "what the paper prints contradicts itself",
     "fitted": "nothing speaks against the figures, by which the game's constants were chosen",

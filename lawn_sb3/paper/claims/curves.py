@@ -71,23 +71,27 @@ def success_within_150k(evidence: Evidence) -> Finding:
     place=550,
     section="Abstract, V-B, Fig. 2",
     text="The success rate remains stable thereafter.",
-    measure="later points below 95 %, of greedy evaluations and of training missions smoothed as in Fig. 2",
+    measure="points of the mean over seeds below 95 % once it has been there, of greedy evaluations and of training "
+    "missions smoothed as in Fig. 2, up to the end of these trainings",
     headline=True,
 )
 def stable_thereafter(evidence: Evidence) -> Finding:
-    """Whether no seed ever falls below the level again; for each form greedy play and training missions count apart."""
-    figures, forms, broken = [], [], []
+    """Whether the mean over seeds, as Fig. 2 draws it, falls below again; greedy and training missions are apart."""
+    figures, forms, broken, end = [], [], [], 0
     for role in FORMS:
         parts: list[str] = []
         held: list[Condition] = []
         for column, name in PLAYS.items():
-            seeds = [_after_crossing(own) for own in curve(evidence, role, column)]
-            values = np.concatenate([tail.to_numpy() for tail in seeds])
-            there = all(len(tail) for tail in seeds)
-            below = int((values < THRESHOLD).sum())
+            seeds = curve(evidence, role, column)
+            tails = [_after_crossing(own) for own in seeds]
+            mean = pd.concat(seeds, axis=1, join="inner").mean(axis=1)
+            after, end = _after_crossing(mean), max([end, *mean.index])
+            there = len(after) > 0 and all(map(len, tails))
+            below = int((after < THRESHOLD).sum())
             held.append(holds_if(there and below == 0))
+            alone = min((float(tail.min()) for tail in tails), default=np.nan) if there else np.nan
             parts.append(
-                f"{below} of {len(values)} points below {name}, lowest {values.min():.1f} %"
+                f"{below} of {len(after)} points below {name}, lowest {after.min():.1f} %, of one seed {alone:.1f} %"
                 if there
                 else f"not every seed there {name}"
             )
@@ -95,8 +99,11 @@ def stable_thereafter(evidence: Evidence) -> Finding:
                 broken.append(f"{evidence.label(role)} {name}")
         forms.append(held)
         figures.append(f"{evidence.label(role)}: {', '.join(parts)}")
-    why = f"No point after a seed's first at {THRESHOLD:g} % may lie below it"
-    return Finding(combine(*forms), "; ".join(figures), f"{why}; not so {join(broken)}." if broken else f"{why}.")
+    why = f"No point of the mean after its first at {THRESHOLD:g} % may lie below it"
+    why += f"; not so {join(broken)}" if broken else ""
+    return Finding(
+        combine(*forms), "; ".join(figures), f"{why}. The trainings end after {end:,} env steps: beyond was not looked."
+    )
 
 
 def _steps_up_and_down(series: pd.Series) -> float:
@@ -144,7 +151,8 @@ def _higher(
     section="V-B, Fig. 2",
     text="IQL's success rate improves briefly at the early stage and later degrades.",
     measure="greedy success of each seed where the mean of all others peaks, as its own peak is chance in part, minus "
-    "that at its end; by Student's test against five points",
+    "that at its end; by Student's test against five points. Settings that end well were searched for, so that none "
+    "that decline are left: that success does not fall speaks of these settings alone",
 )
 def iql_declines(evidence: Evidence) -> Finding:
     """Whether success peaks in the first half of training and falls back from there; partly if the peak was late."""
@@ -161,7 +169,7 @@ def iql_declines(evidence: Evidence) -> Finding:
     found = held_to(evidence, "lost from the peak", "iql", np.array(lost), points)
     fell, early = found.reaches(), bool(steps[peak] <= steps[-1] / 2)
     verdicts: dict[Condition, Verdict] = {
-        "holds": "reproduced" if early else "partly", "fails": "contradicted", "open": "not shown"
+        "holds": "reproduced" if early else "partly", "fails": "not shown", "open": "not shown"
     }  # fmt: skip
     words = {"holds": "they are", "fails": "they are not", "open": "they may be"}
     return Finding(

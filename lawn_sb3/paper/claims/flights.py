@@ -41,13 +41,14 @@ def no_communication(evidence: Evidence) -> Finding:
     text="IQL's rate of 44.5 Mbps is an artefact of UAVs that hover near their start close to lightly loaded GBSs.",
     measure="corrected rate where the printed share of UAVs flies straight and all others hover where they start, "
     "within three standard errors; beside it that of UAVs which seek, within one slot of their start, the voxel where "
-    "the link and the loads seen there promise most",
+    "the link and the loads seen there promise most, and J̄ of both",
 )
 def iql_rate_artefact(evidence: Evidence) -> Finding:
     """Whether UAVs that hover at their start have the printed rate; our own IQL is told beside, and decides nothing."""
     printed = TABLE_II["IQL"]
     rows = evidence.check("hovering")
     stays, seeks = (rows[rows["seeks"] == seeks].groupby("episode")["rate_mbps"].mean() for seeks in (0, 1))
+    rewards = rows.groupby("seeks")["reward"].mean()
     error, seek_error = standard_error(stays), standard_error(seeks)
     away = float(stays.mean()) - printed.rate_mbps
     explained = abs(away) <= RULED_OUT_Z * error
@@ -56,7 +57,8 @@ def iql_rate_artefact(evidence: Evidence) -> Finding:
         combine([holds_if(explained)]),
         f"R̂ {stays.mean():.1f} ± {error:.1f} Mbps (one standard error; paper {printed.rate_mbps:g}) where "
         f"{printed.success_percent:g} % of the UAVs fly straight, and all others hover where they start; "
-        f"{seeks.mean():.1f} ± {seek_error:.1f} Mbps where they first seek the best voxel within one slot",
+        f"{seeks.mean():.1f} ± {seek_error:.1f} Mbps where they first seek the best voxel within one slot; J̄ "
+        f"{rewards[0]:.2f} and {rewards[1]:.2f} (paper {printed.reward:g})",
         "Hovering near the start, without deliberate optimisation, has to give the printed rate, within three standard "
         f"errors: {'it does' if explained else f'it is {abs(away):.1f} Mbps off'}; UAVs that look for the best link "
         f"and loads nearby {'do' if sought else 'do not'} come to it"

@@ -63,7 +63,8 @@ def one_voxel_a_slot(evidence: Evidence) -> Finding:
     place=220,
     section="Table I with Table II",
     text="The voxel grid is 100 x 100 x 30, and CTDE-MAPPO completes missions in 8.7 slots.",
-    measure="least flight time T_min on that grid, mean over the UAVs",
+    measure="least flight time T_min on that grid, mean over the UAVs, of origins and destinations drawn over the "
+    "whole of it, as the paper's random missions without overlap are read here",
     headline=True,
 )
 def table_1_grid(evidence: Evidence) -> Finding:

@@ -12,6 +12,8 @@ from lawn_sb3.paper.printed_values import TABLE_II, PaperRow
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.statistics import (
     Interval,
+    Tested,
+    crossed_t,
     mean_interval,
     mean_t,
     paired_p,
@@ -28,18 +30,19 @@ class Difference(NamedTuple):
     """A difference of two methods, or a figure of one, that a claim needs to lie on one side of a level."""
 
     interval: Interval
-    """The 95 % interval, Welch's of a difference, Student's of a figure."""
+    """The 95 % t interval."""
     apart: bool
     """Whether it is significantly other than the level, among all that the claims test."""
     side: float
-    """On which side of the level it lies: 1 above, -1 below, 0 if in every seed just there."""
+    """On which side of the level it lies: 1 above, -1 below, 0 if in every seed and mission just there."""
 
     def above(self, sign: float = 1.0) -> Condition:
         """Whether it lies above the level, or with the sign -1 below: open if these seeds cannot tell.
 
-        It fails if it lies on the other side, and if in every seed just there: of methods that are level neither leads.
+        It fails if it lies on the other side. Just there in every seed and mission is open too: of methods that are
+        level, as at 100 % success, these flights do not say which leads.
         """
-        if not self.apart:
+        if not self.apart or self.side == 0.0:
             return "open"
         return "holds" if sign * self.side > 0.0 else "fails"
 
@@ -122,25 +125,26 @@ def in_words(quantity: str) -> tuple[str, str, int]:
     return chosen.words, chosen.difference_unit, chosen.fine_decimals
 
 
-def seed_means(evidence: Evidence, quantity: str, role: str, other: str) -> tuple[NDArray[np.float64], ...]:
-    """The means of one of ``QUANTITIES`` of two parts by seed, [S1] and [S2], on the same missions.
+def flown_scores(evidence: Evidence, quantity: str, role: str, other: str) -> tuple[NDArray[np.float64], ...]:
+    """One of ``QUANTITIES`` of two parts by seed and mission, [S1, E] and [S2, E], on the same missions.
 
     :raises CannotTellError: if they flew different numbers of missions
     """
     own, others = (evidence.scores(part, quantity) for part in (role, other))
     if own.shape[1] != others.shape[1]:
         raise CannotTellError(f"needs {evidence.label(role)} and {evidence.label(other)} on the same missions")
-    return own.mean(axis=1), others.mean(axis=1)
+    return own, others
 
 
 def difference(evidence: Evidence, quantity: str, role: str, other: str, level: float = 0.0) -> Difference:
-    """How much more of one of ``QUANTITIES`` one part gets than another, on the same missions, by Welch's interval.
+    """How much more of one of ``QUANTITIES`` one part gets than another, of seeds and missions that might be others.
 
     :param level: what it is held to
     :raises CannotTellError: if one of them has a single seed, or they flew different numbers of missions
     """
-    own, others = seed_means(evidence, quantity, role, other)
-    return seed_difference(evidence, quantity, role, other, own, others, level)
+    own, others = flown_scores(evidence, quantity, role, other)
+    found, beyond = crossed_t(own, others), crossed_t(own - level, others)
+    return _counted(evidence, quantity, role, other, known(found.interval), beyond, level)
 
 
 def equivalence(
@@ -190,11 +194,18 @@ def seed_difference(
     :param level: what the difference is held to
     :raises CannotTellError: if one of them has a single seed
     """
-    interval, beyond = known(welch_difference(own, others)), own - level
+    beyond = own - level
+    tested = Tested(welch_difference(beyond, others), welch_p(beyond, others))
+    return _counted(evidence, figure, role, other, known(welch_difference(own, others)), tested, level)
+
+
+def _counted(
+    evidence: Evidence, figure: str, role: str, other: str, interval: Interval, beyond: Tested, level: float
+) -> Difference:
+    """A difference with its interval and what it is beyond its level, as one of the differences that claims test."""
     first, second = sorted((role, other))
     tested = (figure, first, second, f"{level if role == first else -level:z.9g}")
-    side = float(np.sign(welch_difference(beyond, others).value))
-    return Difference(interval, evidence.tests.is_apart(tested, welch_p(beyond, others)), side)
+    return Difference(interval, evidence.tests.is_apart(tested, beyond.p_value), float(np.sign(beyond.interval.value)))
 
 
 def held_to(evidence: Evidence, figure: str, role: str, own: NDArray[np.float64], level: float) -> Difference:

@@ -9,13 +9,12 @@ from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import BOUND, Results
 from lawn_sb3.results.statistics import (
     UNKNOWN,
+    crossed_t,
     holm,
     interquartile_mean,
     mean_interval,
     paired_difference,
     probability_of_improvement,
-    welch_difference,
-    welch_p,
 )
 
 COLUMNS = ("reward", "rate_mbps", "makespan_slots", "success_percent", "utility_mbps")
@@ -104,23 +103,18 @@ def _beside_straight_flight(results: Results) -> tuple[str, ...]:
     learners = [key for key in learners if len(results.seeds(key)) > 1]
     if straight is None or not learners or len(results.seeds(straight)) < 2:
         return ()
-    own, *others = (results.scores(key, "reward").mean(axis=1) for key in (straight, *learners))
-    found = {key: welch_difference(theirs, own) for key, theirs in zip(learners, others, strict=True)}
-    p_values = {key: welch_p(theirs, own) for key, theirs in zip(learners, others, strict=True)}
-    level = holm(list(p_values.values()))
+    own, *others = (results.scores(key, "reward") for key in (straight, *learners))
+    found = {key: crossed_t(theirs, own) for key, theirs in zip(learners, others, strict=True)}
+    level = holm([one.p_value for one in found.values()])
     less, more = (
-        sum(p_values[key] <= level and sign * found[key].value > 0.0 for key in learners) for sign in (-1.0, 1.0)
+        sum(one.p_value <= level and sign * one.interval.value > 0.0 for one in found.values()) for sign in (-1.0, 1.0)
     )
-    best = max(learners, key=lambda key: found[key].value)
-    blind, *collisions = (float(results.scores(key, "collisions").mean()) for key in (straight, *learners))
-    decimals = QUANTITIES["collisions"].fine_decimals
+    best = max(learners, key=lambda key: found[key].interval.value)
     return (
         f"Beside UAVs that fly straight, {'all' if less == len(learners) else less or 'none'} of the {len(learners)} "
-        f"learners {'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (Welch's test, Holm's "
-        f"correction over the {len(learners)}); the best, {results.methods[best].label}, differs by "
-        f"{found[best].text(QUANTITIES['reward'].fine_decimals)}. Of a UAV in a mission there are "
-        f"{blind:.{decimals}f} collisions in straight flight, and {min(collisions):.{decimals}f} to "
-        f"{max(collisions):.{decimals}f} with the learners.",
+        f"learners {'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (t tests over "
+        f"seeds and missions, Holm's correction over the {len(learners)}); the best, {results.methods[best].label}, "
+        f"differs by {found[best].interval.text(QUANTITIES['reward'].fine_decimals)}.",
     )
 
 

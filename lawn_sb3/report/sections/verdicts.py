@@ -18,16 +18,18 @@ UNTESTABLE = "not testable"
 CAPTION = (
     "Checkable claims of the paper, {count} of which these runs can test: how each is measured, what came out, and the "
     "verdict that follows by the rule stated. Verdicts are computed from the runs, or from what the paper prints. "
-    "Where CTDE-MAPPO is judged with two critics, both have to pass. In brackets 95 % intervals over seeds: of "
-    "differences between two methods Welch's t intervals, of figures that are held to a number Student's, of all else "
+    "Where CTDE-MAPPO is judged with two critics, both have to pass. In brackets 95 % intervals: of differences of "
+    "what two methods have on the same missions t intervals over seeds and missions, of figures of curves and "
+    "distributions Welch's over seeds, of figures that are held to a number Student's over seeds, of all else "
     "bootstrap intervals, on which no verdict rests. {tests} {words} Claims on parts of the method are judged in the "
     "reports of runs/ablation.yaml and runs/ladder.yaml."
 )
 """To be filled with the number of claims, of the tests, and the meaning of the verdicts."""
 ON_PARTS = (
     "Claims of the paper on parts of its method; all others are in the report of runs/paper.yaml. How each is "
-    "measured, what came out [95 % intervals over seeds: of differences between two methods Welch's t intervals, of "
-    "all else bootstrap intervals, on which no verdict rests], and the verdict that follows by the rule stated. "
+    "measured, what came out [95 % intervals: of differences of what two methods have on the same missions t intervals "
+    "over seeds and missions, of figures of learning curves Welch's over seeds, of all else bootstrap intervals, on "
+    "which no verdict rests], and the verdict that follows by the rule stated. "
     "{tests} {words} " + SEARCHED
 )
 
@@ -96,14 +98,14 @@ def family_text(tests: Family) -> str:
     if not tests.p_values:
         return ""
     if len(tests.p_values) == 1:
-        return "The one difference that they need counts only if Welch's or Student's test finds it at 5 %."
+        return "The one difference that they need counts only if a t test finds it at 5 %."
     return (
-        "A difference, of two methods or of a figure from a number that it is held to, counts only if Welch's or "
-        "Student's test finds it at 5 % after Holm's correction over all "
+        "A difference, of two methods or of a figure from a number that it is held to, counts only if a t test finds "
+        "it at 5 % after Holm's correction over all "
         f"{len(tests.p_values)} that these claims need: {tests.num_apart} {'does' if tests.num_apart == 1 else 'do'}; "
         "so an interval may leave 0 out, or lie within a margin, and not count. A difference that has to lie beyond or "
-        "within a bound is tested against that bound instead of 0; where no seed differs from another there is nothing "
-        "to test, and it counts as it is."
+        "within a bound is tested against that bound instead of 0; where neither seeds nor missions differ there is "
+        "nothing to test, and it counts as it is, but that methods are level says of neither that it leads."
     )
 
 

@@ -63,16 +63,24 @@ def test_a_training_too_short_to_tell_is_not_held_against_a_method() -> None:
 def test_a_method_that_never_falls_back_is_stable() -> None:
     finding = stable_thereafter(mappo([[90, 95, 96]] * 2, [[97, 96, 95]] * 2))
     assert finding.verdict == "reproduced"
-    assert (
-        "MAPPO: 0 of 4 points below greedy, lowest 95.0 %, 0 of 6 points below in training missions" in finding.figure
+    assert "MAPPO: 0 of 2 points below greedy, lowest 95.0 %, of one seed 95.0 %, 0 of 3 points" in finding.figure
+    assert finding.why == (
+        "No point of the mean after its first at 95 % may lie below it. The trainings end after 150,000 env steps: "
+        "beyond was not looked."
     )
 
 
-def test_a_relapse_of_one_seed_breaks_it() -> None:
+def test_a_relapse_of_the_mean_breaks_it() -> None:
     finding = stable_thereafter(mappo([[95, 99, 99], [95, 60, 99]], [[97] * 3] * 2))
     assert finding.verdict == "partly"
-    assert "1 of 6 points below greedy, lowest 60.0 %" in finding.figure
-    assert finding.why.endswith("; not so MAPPO greedy and MAPPO-O greedy.")
+    assert "1 of 3 points below greedy, lowest 79.5 %, of one seed 60.0 %" in finding.figure
+    assert "; not so MAPPO greedy and MAPPO-O greedy. " in finding.why
+
+
+def test_a_relapse_of_one_seed_that_the_mean_outweighs_is_told_alone() -> None:
+    finding = stable_thereafter(mappo([[95, 99, 99], [95, 93, 99]], [[97] * 3] * 2))
+    assert finding.verdict == "reproduced"
+    assert "0 of 3 points below greedy, lowest 95.0 %, of one seed 93.0 %" in finding.figure
 
 
 def test_training_missions_are_smoothed_before_a_relapse_counts() -> None:
@@ -108,7 +116,7 @@ def test_more_fluctuation_that_may_be_chance_is_not_shown() -> None:
 
 def test_curves_that_never_change_do_not_fluctuate_more_than_each_other() -> None:
     flat = evidence(curves=[trained(role, *[[100] * 4] * 2) for role in ("qmix", "mappo")])
-    assert fluctuates_more(flat, "qmix", ["mappo"]).verdict == "contradicted"
+    assert fluctuates_more(flat, "qmix", ["mappo"]).verdict == "not shown"
 
 
 def test_more_than_one_of_two_forms_is_partly() -> None:
@@ -140,7 +148,7 @@ def test_who_is_higher_on_average_learns_faster() -> None:
     assert finding.verdict == "reproduced"
     assert "MAPPO-O: 60.00 [60.00, 60.00] %; MAPPO-SEPARATE: 40.00" in finding.figure
     level = evidence(curves=[trained(role, *[[30, 90]] * 2) for role in ("mappo-o", "mappo-separate")])
-    assert parameter_sharing(level).verdict == "contradicted"
+    assert parameter_sharing(level).verdict == "not shown"
 
 
 @pytest.mark.parametrize(
@@ -148,12 +156,12 @@ def test_who_is_higher_on_average_learns_faster() -> None:
     [
         ([[60, 40, 30, 20], [70, 50, 40, 26]], "reproduced"),  # early peak of 65; lost 40 and 44
         ([[10, 20, 60, 20], [10, 20, 70, 26]], "partly"),  # the same, but the peak is late
-        ([[60, 99, 99, 98], [60, 99, 99, 98]], "contradicted"),  # lost 1
+        ([[60, 99, 99, 98], [60, 99, 99, 98]], "not shown"),  # lost 1
         ([[60, 40, 30, 20], [60, 60, 60, 60]], "not shown"),  # lost 40 and 0: not in every training
         ([[60, 40, 30, 50], [60, 40, 30, 20]], "not shown"),  # 10 and 40, each more than 5: 25 +- 12.71 * 15
         ([[60, 60, 60, 59], [60, 60, 60, 56]], "not shown"),  # 1 and 4, each less than 5: 2.5 +- 12.71 * 1.5
-        ([[90, 0, 60, 50], [0, 90, 60, 50]], "contradicted"),  # each peaks by chance: where the other does, lost -50
-        ([[10, 20, 30, 40], [10, 20, 30, 40]], "contradicted"),  # never fell
+        ([[90, 0, 60, 50], [0, 90, 60, 50]], "not shown"),  # each peaks by chance: where the other does, lost -50
+        ([[10, 20, 30, 40], [10, 20, 30, 40]], "not shown"),  # never fell
     ],
 )
 def test_a_decline_is_a_loss_of_all_seeds_from_an_early_peak(seeds: Curves, verdict: str) -> None:

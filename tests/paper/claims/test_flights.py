@@ -56,7 +56,9 @@ def test_hovering_explains_the_printed_rate_if_it_gives_it() -> None:
     assert found.why.endswith("it does; UAVs that look for the best link and loads nearby do come to it.")
     short = hovered(44.1, seeking_mbps=40.0)
     assert short.verdict == "contradicted"
-    assert short.figure.endswith("40.0 ± 0.1 Mbps where they first seek the best voxel within one slot")
+    assert "40.0 ± 0.1 Mbps where they first seek the best voxel within one slot; J̄ 0.00 and 0.00 (paper -1.96)" in (
+        short.figure
+    )
     assert short.why.endswith(
         "it is 0.4 Mbps off; UAVs that look for the best link and loads nearby do not come to it."
     )

@@ -32,10 +32,10 @@ def judged(**utilities_mbps: list[list[float]]) -> Finding:
 
 def test_a_policy_that_earns_less_than_a_planner_does_not_maximise() -> None:
     less, level = [[36.0, 38.0]] * 2, [[39.0, 41.0], [41.0, 43.0]]
-    planners = {"forecast": [[40.0, 41.0]] * 2, "welfare": [[46.0, 47.0]] * 2}
+    planners = {"forecast": [[39.5, 41.5]] * 2, "welfare": [[45.5, 47.5]] * 2}
     below = judged(mappo=less, mappo_o=less, **planners)
     assert below.verdict == "contradicted"
-    # 37 against 40.5 and 46.5 in both seeds: no spread, so the interval is the difference.
+    # -3.5 and -9.5 in both seeds and missions: no spread, so the interval is the difference.
     assert below.figure.startswith(
         "MAPPO: mean U -3.50 [-3.50, -3.50] Mbps against FORECAST, -9.50 [-9.50, -9.50] Mbps against WELFARE; "
     )

@@ -10,6 +10,7 @@ from lawn_sb3.paper.claims.evidence import CannotTellError
 from lawn_sb3.paper.claims.table_rows import (
     agrees_with_row,
     average_completion,
+    needs_coordination,
     perfect_success,
     random_flat,
     time_ratio,
@@ -211,3 +212,29 @@ def test_seeds_that_are_all_perfect_are_told_as_what_they_are() -> None:
     finding = perfect_success(measured("arrived", **{role: [[True]] * 5 for role in FORMS}))
     assert finding.verdict == "reproduced"
     assert finding.why.endswith("there is no spread to test: of other seeds up to 45 % still may.")
+
+
+def test_a_task_that_straight_flight_always_masters_needs_no_coordination() -> None:
+    always = needs_coordination(measured("arrived", straight=[[True] * 3] * 2))
+    assert always.verdict == "contradicted"
+    assert always.figure == "STRAIGHT: success 100.0 %, 0 of 6 missions failed"
+    assert always.why == "Some mission has to be failed: none is."
+    assert needs_coordination(measured("arrived", straight=[[True, True, False]] * 2)).verdict == "reproduced"
+
+
+def test_the_margin_of_success_is_no_less_than_chance_has_it_at_the_printed_share() -> None:
+    # QMIX: 96.1 % printed, sqrt(96.1 * 3.9 / 4) = 9.68 points an episode of four UAVs, two errors of a difference 1.94.
+    qmix: dict[str, Any] = {"reward": 3.01, "rate_mbps": 38.8, "makespan_slots": 34.6, "arrived": True}
+    columns: dict[str, Any] = {name: [[value] * 200] * 2 for name, value in qmix.items()}
+    flights = flown_by_seed("qmix", **columns)
+    assert "success 100.00 [100.00, 100.00] (paper 96.1 ± 1.99)" in agrees_with_row(evidence(flights), "qmix").figure
+
+
+def test_a_fitted_row_raises_no_bar_for_the_others() -> None:
+    columns: dict[str, Any] = {name: [[value] * 200] * 2 for name, value in ROW.items()}
+    flights = flown_by_seed("random", **{**columns, "reward": [[-3.5] * 200, [-3.6] * 200]})
+    found = evidence(flights)
+    agrees_with_row(found, "random", fitted=True)
+    assert not found.tests.p_values
+    agrees_with_row(found, "random")
+    assert found.tests.p_values
