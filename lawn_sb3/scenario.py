@@ -1,8 +1,8 @@
 """Every constant of the game: symbol, unit, bounds, and where its value comes from.
 
-The paper's Table I states some constants; the others were inferred from the figures it prints, or chosen where nothing
-in the paper depends on them. Where the text can be read in more than one way, the reading is a field too. The slot
-duration (delta_t) is in no equation of the paper, so it is not a field.
+The paper's Table I states some constants; the others were inferred from the figures it prints, or chosen where these
+leave several values possible or depend on none. Where the text can be read in more than one way, the reading is a field
+too. The slot duration (delta_t) is in no equation of the paper, so it is not a field.
 """
 
 import math
@@ -70,7 +70,11 @@ class Scenario(BaseModel):
     # Base stations and radio link (Section II-A)
     gbs_grid: tuple[int, int] = constant((2, 2), "M", "GBSs", "stated", "columns and rows of the regular GBS grid")
     gbs_layout: Literal["tile-centres", "corners"] = constant(
-        "tile-centres", "g_b", "-", "inferred", "where the regular grid lies: rate of Random 36.6 against 34.9 Mbps"
+        "tile-centres",
+        "g_b",
+        "-",
+        "chosen",
+        "where the regular grid lies; either is possible, with its own link budget",
     )
     gbs_height_m: float = constant(
         0.0, "g_b", "m", "stated", "antenna height of the regular grid: ground level", ge=0, le=1e6
@@ -99,7 +103,7 @@ class Scenario(BaseModel):
 
     # Payoff (Section III)
     ema_beta: float = constant(
-        0.1, "beta", "-", "inferred", "smoothing of the EMA rate: weakly identified", ge=1e-6, lt=1
+        0.1, "beta", "-", "chosen", "smoothing of the EMA rate; the figures hardly depend on it", ge=1e-6, lt=1
     )
     nav_weight: float = constant(
         0.5, "omega", "1/voxel", "inferred", "reward per voxel of progress: reward rows", ge=0, le=1e6
@@ -118,16 +122,16 @@ class Scenario(BaseModel):
         "unit of rates inside rewards: a lone UAV one voxel from its GBS, or mbps, or a number of Mbps",
     )
     out_of_bounds: Literal["clip", "hover"] = constant(
-        "clip", "-", "-", "inferred", "a move out of the airspace is clipped by coordinate, or refused (hover)"
+        "clip", "-", "-", "chosen", "a move out of the airspace is clipped by coordinate, or refused (hover)"
     )
     arrived_uav: Literal["leaves", "stays"] = constant(
-        "leaves", "-", "-", "inferred", "a UAV that is done frees its RBs and voxel, or keeps both"
+        "leaves", "-", "-", "chosen", "a UAV that is done frees its RBs and voxel, or keeps both"
     )
     arrival: Literal["slot-end", "fly-through"] = constant(
-        "slot-end", "-", "-", "inferred", "the destination counts at the end of a slot, or also on the way (x, y, z)"
+        "slot-end", "-", "-", "chosen", "the destination counts at the end of a slot, or also on the way (x, y, z)"
     )
     bias_horizon: Literal["completion", "deadline"] = constant(
-        "completion", "T-bar", "slots", "inferred", "horizon of the EMA's bias correction: T_i, or T_max"
+        "completion", "T-bar", "slots", "chosen", "horizon of the EMA's bias correction: T_i, or T_max"
     )
 
     @field_validator("*", mode="before")

@@ -87,7 +87,7 @@ def collapses(evidence: Evidence, of: list[str], below_mbps: float, share_percen
 @claim(
     place=230,
     section="II-B, III-A",
-    text="The collision avoidance constraint must be satisfied at all times.",
+    text="The policies satisfy the collision avoidance constraint at all times, as the problem demands.",
     measure="UAVs of the trained players that are in the voxel of another at the end of a slot, test missions",
 )
 def collision_free(evidence: Evidence) -> Finding:

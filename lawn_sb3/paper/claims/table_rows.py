@@ -123,8 +123,8 @@ def average_completion(evidence: Evidence) -> Finding:
         f"{evidence.label('random')}: T {mean.text(1)} slots on average over the UAVs, {last.text(1)} until the last "
         f"of an episode is done (paper: T̄ {printed.makespan_slots:.1f} at {printed.success_percent:g} % success); "
         f"those that arrive would have to take {needed:.1f} slots on average{own}",
-        "UAVs that arrive before the deadline bring the mean over UAVs below the printed time; T̄ is held to the slots "
-        "until the last UAV is done."
+        "UAVs that arrive before the deadline bring the mean over UAVs below the printed time. Read as the slots until "
+        "the last UAV is done, as T̄ is here, it is possible."
         if reached == "fails"
         else f"The mean over UAVs {'does' if reached == 'holds' else 'may'} not lie below the printed time.",
     )

@@ -72,7 +72,7 @@ def test_equal_counts_written_otherwise_do_not_differ() -> None:
 
 
 def test_evidence_for_the_default_speaks_for_no_other_value() -> None:
-    assert numbers_of().loc["ema_beta", "source"] == "inferred"
+    assert numbers_of().loc["ema_beta", "source"] == "chosen"
     assert numbers_of("paper", "ema_beta=0.2").loc["ema_beta", "source"] == "chosen"
 
 
