@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 JOBS ?= 2
+RUN ?= paper
 
 .DEFAULT_GOAL := help
 .PHONY: help install test torture lint style types arrows format docs reproduce ablation report ladder bench clean
@@ -46,8 +47,8 @@ format: install ## put the code into the house style
 docs: install ## build the pages of docs/ into docs/_build; warnings and broken links are errors
 	$(BIN)/sphinx-build -E -W --keep-going -q docs docs/_build
 
-reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report
-	$(BIN)/lawn-sb3 reproduce runs/paper.yaml --jobs $(JOBS)
+reproduce: install ## train and evaluate all of runs/paper.yaml, then write its report; RUN=NAME takes runs/NAME.yaml
+	$(BIN)/lawn-sb3 reproduce runs/$(RUN).yaml --jobs $(JOBS)
 
 ablation: install ## train and evaluate all of runs/ablation.yaml, then write its report
 	$(BIN)/lawn-sb3 reproduce runs/ablation.yaml --jobs $(JOBS)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
 from lawn_sb3.config import parse_overrides, read_yaml_mapping, validated
-from lawn_sb3.errors import unknown_name
+from lawn_sb3.errors import UserError, unknown_name
 
 MOST_GBS = 10_000
 MOST_RBS = 1_000_000
@@ -254,6 +254,30 @@ class Scenario(BaseModel):
         :raises UserError: if the result would not be a valid scenario
         """
         return validated(type(self), {**self.model_dump(), **changes}, where=f"scenario {self.name!r}")
+
+    def grown(self, num_uavs: int) -> Self:
+        """The same densities of UAVs and of GBSs with another number of UAVs: the airspace and its grid of GBSs grow.
+
+        :param num_uavs: N
+        :return: the new scenario
+        :raises UserError: if the sides would not stay whole, or the GBSs are no regular grid of equals
+
+        >>> Scenario().grown(16).grid, Scenario().grown(16).gbs_grid  # four times the area
+        ((20, 20, 3), (4, 4))
+        """
+        where = f"num_uavs = {num_uavs} at the density of scenario {self.name!r}"
+        if self.gbs_positions_m is not None or isinstance(self.rbs_per_gbs, tuple):
+            raise UserError(f"{where}: only a regular grid of GBSs with as many RBs each can grow")
+        now = (self.width_voxels, self.length_voxels, *self.gbs_grid)
+        sides = [math.isqrt(side * side * num_uavs // self.num_uavs) for side in now]
+        for side, new in zip(now, sides, strict=True):
+            if new < 1 or new * new * self.num_uavs != side * side * num_uavs:
+                raise UserError(
+                    f"{where}: {self.num_uavs} UAVs have {now[0]} x {now[1]} voxels and {now[2]} x {now[3]} GBSs; all "
+                    f"four numbers times the square root of {num_uavs} / {self.num_uavs} must be whole"
+                )
+        width, length, columns, rows = sides
+        return self.changed(num_uavs=num_uavs, width_voxels=width, length_voxels=length, gbs_grid=(columns, rows))
 
     @property
     def title(self) -> str:

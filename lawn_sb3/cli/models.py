@@ -9,6 +9,8 @@ from lawn_sb3.choices import MOST_EPISODES
 from lawn_sb3.cli.console import AsJson, Changes, Trusted, fail, print_figures
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError
+from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import fits_all_games
 from lawn_sb3.experiment.registry import PLAYERS, check_player, find_player
 from lawn_sb3.experiment.run_directory.configuration import load_finished_run
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
@@ -44,7 +46,8 @@ def evaluate_command(
     if cell is not None:
         own = cell.scenario if scenario is None else load_scenario(scenario)
         game = own.changed(**parse_overrides(changes)) if changes else own
-        if (game.num_gbs, game.max_voxel_steps) != (cell.scenario.num_gbs, cell.scenario.max_voxel_steps):
+        same_moves = game.max_voxel_steps == cell.scenario.max_voxel_steps
+        if not same_moves or (game.num_gbs != cell.scenario.num_gbs and not _fits_any_num_gbs(cell)):
             raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
         name, player, player_seed = cell.key, cell.method.player, cell.seed
     else:
@@ -64,7 +67,7 @@ def evaluate_command(
     else:
         from lawn_sb3.experiment.players import load_player
 
-        chosen = load_player(cell, deterministic=not sample)
+        chosen = load_player(cell, not sample, game)
     flights = fly(chosen, game, episodes, seed, player_seed, traced=episodes if regret else 0)
     if rows_file is not None:
         write_rows(rows_file, flights.rows)
@@ -73,6 +76,10 @@ def evaluate_command(
         summary |= summarize_regrets(regrets(flights, game, seed), flights.rows)
     figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
     print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes", standard_errors(flights.rows))
+
+
+def _fits_any_num_gbs(cell: Cell) -> bool:
+    return cell.method.policy is not None and fits_all_games(cell.method)
 
 
 def _sizes(scenario: Scenario) -> str:

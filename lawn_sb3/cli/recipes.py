@@ -50,7 +50,7 @@ def reproduce(
     todo = cells(recipe, runs)
     _try_methods(todo)
 
-    from lawn_sb3.experiment.after_training import add_regrets, add_scaling
+    from lawn_sb3.experiment.after_training import add_costs, add_regrets, add_scaling
     from lawn_sb3.paper.making import fly_checks
     from lawn_sb3.report.contents import build_report
 
@@ -59,6 +59,8 @@ def reproduce(
             run_cells(todo, LocalBackend(jobs), messages)
             if recipe.scaling is not None:
                 add_scaling(todo, recipe.scaling, messages)
+                if recipe.scaling.costs:
+                    add_costs(todo, recipe.scaling, messages)
             if recipe.regret:
                 add_regrets(todo, messages)
         except FailedRunsError:

@@ -231,16 +231,29 @@ class Observer:
         :param state: state of G games
         :return: one observation per UAV [G, N, flat_dim]
         """
+        return self._written(state, self.layout.flat_dim)
+
+    def seen(self, state: State) -> Floats32:
+        """The same without x, for actors that do not read it: [o_i | extras].
+
+        :param state: state of G games
+        :return: one observation per UAV [G, N, local_dim + extras_dim]
+        """
+        return self._written(state, self.layout.state.start)
+
+    def _written(self, state: State, length: int) -> Floats32:
+        """The first ``length`` columns of the flat observations, with x or without."""
         own, cells = self._own(state), self._cells(state)
         num_games, num_uavs, _ = own.shape
-        flat = np.empty((num_games, num_uavs, self.layout.flat_dim), dtype=np.float32)
+        flat = np.empty((num_games, num_uavs, length), dtype=np.float32)
         flat[..., :OWN] = own
         flat[..., OWN : self.layout.local_dim] = cells[:, None]
         for extra in self.layout.extras:
             flat[..., self.layout.extra(extra)] = self._extra(extra, state)
-        x = flat[..., self.layout.state]
-        x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
-        x[..., self.layout.state_cells] = cells[:, None]
+        if length > self.layout.state.start:
+            x = flat[..., self.layout.state]
+            x[..., self.layout.state_uavs] = own.reshape(num_games, 1, -1)
+            x[..., self.layout.state_cells] = cells[:, None]
         return flat
 
 

@@ -1,4 +1,4 @@
-"""What is worked out of finished runs, once, and kept beside their evaluations: regrets, and other numbers of UAVs."""
+"""What is worked out of finished runs, once, and kept beside their evaluations: regrets, other numbers of UAVs."""
 
 from collections.abc import Callable, Sequence
 
@@ -9,15 +9,16 @@ from rich.progress import track
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.decision_costs import decision_costs
 from lawn_sb3.experiment.evaluation import evaluate, flies_alone, fly
 from lawn_sb3.experiment.measures import regrets, summarize
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Scaling
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.csv_file import write_rows
-from lawn_sb3.experiment.run_directory.files import REGRET_FILE, SCALING_FILE
+from lawn_sb3.experiment.run_directory.files import COSTS_FILE, REGRET_FILE, SCALING_FILE
 from lawn_sb3.experiment.run_directory.manifest import vouch_for
-from lawn_sb3.experiment.run_directory.reading import read_evaluation, read_regrets, read_scaling
+from lawn_sb3.experiment.run_directory.reading import read_costs, read_evaluation, read_regrets, read_scaling
 from lawn_sb3.experiment.run_directory.writer import only_writer
 
 
@@ -54,6 +55,23 @@ def add_scaling(cells: Sequence[Cell], scaling: Scaling, console: Console) -> No
     )
 
 
+def add_costs(cells: Sequence[Cell], scaling: Scaling, console: Console) -> None:
+    """Measure what the decisions of the chosen methods cost with each number of UAVs; what is there is kept.
+
+    :param cells: the cells of a recipe
+    :param scaling: what to fly
+    :param console: where progress goes, and a line for each run whose model is missing or damaged
+    """
+    _add(
+        COSTS_FILE,
+        [cell for cell in cells if cell.key in scaling.methods],
+        work_out=lambda cell: decision_costs(cell, scaling),
+        read=lambda cell: read_costs(cell, scaling),
+        doing="measuring what decisions cost",
+        console=console,
+    )
+
+
 def has_regrets(cell: Cell) -> bool:
     """Whether a cell's UAVs meet: one that is alone in its game has nobody whose trajectory it could respond to."""
     return cell.method.player is None or not flies_alone(load_player(cell))
@@ -69,11 +87,13 @@ def fly_scaled(cell: Cell, scaling: Scaling) -> pd.DataFrame:
     :return: one row per N, the means of :func:`lawn_sb3.experiment.measures.summarize`
     :raises UserError: if the player cannot be moved to another N, or the airspace is too small for it
     """
-    player, rows = load_player(cell, cell.evaluation.deterministic), []
-    for num_uavs in scaling.num_uavs:
-        game = cell.scenario.changed(num_uavs=num_uavs)
-        flown = evaluate(player, game, scaling.episodes, cell.evaluation.seed, cell.seed)
-        rows.append({"num_uavs": num_uavs, "episodes": scaling.episodes, **summarize(flown)})
+    greedy, rows = cell.evaluation.deterministic, []
+    same_for_all = None if scaling.constant_density else load_player(cell, greedy)
+    for num_uavs, episodes in scaling.flown_by(cell.key).items():
+        game = scaling.game(cell.scenario, num_uavs)
+        player = same_for_all or load_player(cell, greedy, game)
+        flown = evaluate(player, game, episodes, cell.evaluation.seed, cell.seed)
+        rows.append({"num_uavs": num_uavs, "episodes": episodes, **summarize(flown)})
     return pd.DataFrame(rows)
 
 

@@ -1,5 +1,6 @@
 """Trained models as players, of this process or of a finished run."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,14 @@ from lawn_sb3.envs.observation import NOT_BY_N
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
+from lawn_sb3.experiment.recipe import fits_all_games
 from lawn_sb3.experiment.registry import find_player
 from lawn_sb3.experiment.run_directory.configuration import load_run
 from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.experiment.weights import load_networks
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.scenario import Scenario
 
 
 class ModelPlayer:
@@ -69,11 +72,12 @@ class ModelPlayer:
         :return: indices into the action table [G, N]
         """
         state = simulator.state
-        flat = self._observer.flat(state)
         if self._is_moved:
-            seen = flat[..., self._observer.layout.seen(())]
+            seen = self._observer.seen(state)
             flat = np.zeros((*seen.shape[:2], self._layout.flat_dim), dtype=np.float32)
             flat[..., self._layout.seen(())] = seen
+        else:
+            flat = self._observer.flat(state)
         more: dict[str, Any] = {}
         if isinstance(self.model, MaskablePPO):
             masks = simulator.allowed_moves(self._slack)
@@ -88,18 +92,23 @@ class ModelPlayer:
         return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
 
 
-def load_player(cell: Cell, deterministic: bool = True) -> Player:
+def load_player(cell: Cell, deterministic: bool = True, game: Scenario | None = None) -> Player:
     """The player that a finished run left.
 
     The weights alone are read from the model file, never code: the networks are built from the configuration.
 
     :param cell: the cell
     :param deterministic: greedy actions; otherwise sampled
+    :param game: the game that it is to fly, if it is another one; networks that fit all games are built for it
     :return: the player
     :raises UserError: if the model is missing or damaged
     """
     if cell.method.player is not None:
         return find_player(cell.method.player)
+    if game is not None and fits_all_games(cell.method):
+        # Nobody trains in it: one game will do, and one UAV.
+        method = cell.method.model_copy(update={"num_games": 1, "fewest_uavs": None})
+        cell = replace(cell, scenario=game.changed(num_uavs=1), method=method)
     model = build_model(cell, device="cpu")
     load_networks(model, cell.directory)
     if hasattr(model, "exploration_final_eps"):  # where training left it

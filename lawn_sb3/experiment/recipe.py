@@ -103,16 +103,50 @@ class Method(BaseModel):
         return self
 
 
+Natural = Annotated[Whole, Field(ge=1)]
+Episodes = Annotated[Whole, Field(ge=1, le=MOST_EPISODES)]
+
+
 class Scaling(BaseModel):
     """Trained actors flown among more or fewer UAVs than they were trained with."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    num_uavs: tuple[Annotated[Whole, Field(ge=1)], ...] = Field(
-        min_length=1, description="numbers of UAVs N to fly with"
+    num_uavs: tuple[Natural, ...] = Field(min_length=1, description="numbers of UAVs N to fly with")
+    episodes: Episodes | tuple[Episodes, ...] = Field(
+        100, description="joint episodes for each N and seed: one number, or one for each N"
     )
-    episodes: Whole = Field(100, ge=1, le=MOST_EPISODES, description="joint episodes for each N and seed")
     methods: tuple[str, ...] = Field(min_length=1, description="methods of the recipe to fly")
+    constant_density: bool = Field(
+        False, description="whether the airspace and its grid of GBSs grow with N, or both stay as they are"
+    )
+    reach: dict[str, Natural] = Field({}, description="of methods that cannot fly with all N: the largest that they can")
+    costs: bool = Field(False, description="also measure the time that a decision takes, and the memory")
+
+    @model_validator(mode="after")
+    def _check(self) -> Self:
+        if isinstance(self.episodes, tuple) and len(self.episodes) != len(self.num_uavs):
+            raise ValueError(f"episodes = {list(self.episodes)}: one number, or one for each of {list(self.num_uavs)}")
+        for key in self.reach:
+            if key not in self.methods:
+                raise ValueError(f"reach: {unknown_name('method', key, self.methods)}")
+        return self
+
+    def flown_by(self, method: str) -> dict[int, int]:
+        """How many joint episodes a method flies with each number of UAVs."""
+        episodes = self.episodes if isinstance(self.episodes, tuple) else (self.episodes,) * len(self.num_uavs)
+        most = self.reach.get(method, max(self.num_uavs))
+        return {n: count for n, count in zip(self.num_uavs, episodes, strict=True) if n <= most}
+
+    def game(self, own: Scenario, num_uavs: int) -> Scenario:
+        """The game with so many UAVs.
+
+        :param own: the game of the recipe
+        :param num_uavs: N
+        :return: the game
+        :raises UserError: if there can be none
+        """
+        return own.grown(num_uavs) if self.constant_density else own.changed(num_uavs=num_uavs)
 
 
 class Recipe(BaseModel):
@@ -236,11 +270,18 @@ def check_policies(recipe: Recipe, path: Path) -> None:
         for method in recipe.methods.values():
             if method.algo is not None and method.policy is not None:
                 find_algorithm(method.algo, find_policy(method.policy))
-        for key in recipe.scaling.methods if recipe.scaling else ():
+        scaling = recipe.scaling
+        for key in scaling.methods if scaling is not None else ():
             if not _fits_any_num_uavs(recipe.methods[key]):
                 raise UserError(
                     f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of "
                     "them"
+                )
+            if scaling.constant_density and not fits_all_games(recipe.methods[key]):
+                raise UserError(
+                    f"scaling: method {key!r} has networks for {recipe.game().num_gbs} GBSs in {recipe.game().grid} "
+                    "voxels, and cannot be flown at constant density; policies with fits_all_games can, such as "
+                    "knows_cells"
                 )
     except UserError as error:
         raise UserError(f"{path}: {error}") from None
@@ -261,13 +302,21 @@ def _check_recipe(recipe: Recipe) -> None:
             raise UserError(
                 f"methods.{key}: label = {method.label!r}: say {SHARED!r}, as IQL's learners have one there"
             )
-    for num_uavs in recipe.scaling.num_uavs if recipe.scaling else ():
-        recipe.game().changed(num_uavs=num_uavs)
+    if recipe.scaling is not None:
+        for num_uavs in recipe.scaling.num_uavs:
+            recipe.scaling.game(recipe.game(), num_uavs)
 
 
 def honest_label(label: str, settings: Mapping[str, Any]) -> str:
     """A label that says so where IQL's learners share a network by their settings, and are thus not independent."""
     return f"{label}, {SHARED}" if settings.get("share_parameters") and SHARED not in label else label
+
+
+def fits_all_games(method: Method) -> bool:
+    """Whether a method has no networks, or such as are the same for all numbers of UAVs and GBSs in any airspace."""
+    from lawn_sb3.experiment.find_policy import find_policy
+
+    return method.policy is None or bool(getattr(find_policy(method.policy), "fits_all_games", False))
 
 
 def _fits_any_num_uavs(method: Method) -> bool:

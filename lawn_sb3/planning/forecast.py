@@ -4,10 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lawn_sb3.game.compiled import njit
+from lawn_sb3.game.radio import rb_share
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.game.state import Rules, State, voxel_of
-from lawn_sb3.planning.flight import best_flight, longest_flight
-from lawn_sb3.planning.plan import check_in_time, nobody
+from lawn_sb3.planning.flight import peak_rate_mbps
+from lawn_sb3.planning.mean_field.expected_flight import expected_flight
+from lawn_sb3.planning.plan import check_in_time
 
 
 class ForecastPlayer:
@@ -36,14 +38,19 @@ class ForecastPlayer:
 
 @njit
 def _first_moves(rules: Rules, state: State, slack: int) -> NDArray[np.int64]:
+    num_gbs = len(rules.num_rbs)
     actions = np.zeros(state.flying.shape, dtype=np.int64)
+    peak_mbps = peak_rate_mbps(rules)
+    room = np.empty(2 * rules.grid[0] * rules.grid[1] * rules.grid[2])
+    outlook = np.zeros((1, num_gbs, 2))  # of all times ahead: the RB share on joining each cell, and no loss to others
     for g in range(state.flying.shape[0]):
+        for b in range(num_gbs):
+            outlook[0, b, 0] = rb_share(rules.num_rbs[b], state.cell_load[g, b] + 1)
         for i in range(state.flying.shape[1]):
             if not state.flying[g, i]:
                 continue
-            around = nobody(longest_flight(rules, state, g, i, slack), len(rules.num_rbs))
-            around.loads[:] = state.cell_load[g]
-            around.loads[:, rules.cell[voxel_of(state.position, g, i)]] -= 1  # the UAV itself
-            path = np.empty((around.loads.shape[0], 3), dtype=np.int64)
-            actions[g, i] = best_flight(rules, state, g, i, around, slack, path).action
+            own = rules.cell[voxel_of(state.position, g, i)]
+            outlook[0, own, 0] = rb_share(rules.num_rbs[own], state.cell_load[g, own])  # the UAV itself is one of them
+            actions[g, i] = expected_flight(rules, state, g, i, outlook, slack, peak_mbps, room).action
+            outlook[0, own, 0] = rb_share(rules.num_rbs[own], state.cell_load[g, own] + 1)
     return actions

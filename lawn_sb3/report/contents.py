@@ -71,7 +71,7 @@ OF_ABLATIONS = Kind(
     (effects.section, learning_speed.section, verdicts.section, scaling_out.section),
     "effects",
     "effect of each ablation on its default",
-    tables=("curves", "scaling"),
+    tables=("curves", "scaling", "costs"),
 )
 OF_CHANGED_GAMES = Kind(
     (leads.section, partial(ranking.section, "reward"), partial(ranking.section, "utility_mbps")),

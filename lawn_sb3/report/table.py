@@ -114,8 +114,8 @@ def table_of(rows: Iterable[Row], caption: str) -> Table:
     return Table(pd.DataFrame([row.numbers for row in rows]), pd.DataFrame([row.cells for row in rows]), caption)
 
 
-def sample_text(seeds: int, episodes: int) -> str:
-    """The sample behind a figure, such as ``5 × 200``: seeds by test episodes."""
+def sample_text(seeds: int, episodes: int | str) -> str:
+    """The sample behind a figure, such as ``5 × 200``: seeds by test episodes, where these differ all of them."""
     return f"{seeds} × {episodes}"
 
 

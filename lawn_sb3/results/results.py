@@ -18,6 +18,7 @@ from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, MANIFEST_FILE
 from lawn_sb3.experiment.run_directory.manifest import altered_files
 from lawn_sb3.experiment.run_directory.progress import read_progress
 from lawn_sb3.experiment.run_directory.reading import (
+    read_costs,
     read_evaluation,
     read_paths,
     read_regrets,
@@ -27,7 +28,7 @@ from lawn_sb3.experiment.run_directory.reading import (
 )
 from lawn_sb3.results.statistics import Interval, mean_interval
 
-TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling")
+TABLES = ("slots", "paths", "curves", "sampled", "regrets", "scaling", "costs")
 """Tables of :class:`Results` beside the evaluations."""
 BOUND = "bound"
 """The player that gives every UAV a game of its own: its UAVs never meet, and there is nobody to respond to."""
@@ -48,6 +49,7 @@ class Results:
     :param sampled: raw rows of all evaluations with sampled actions
     :param regrets: rows of all ``regret.csv``; none of the bound
     :param scaling: rows of all ``scaling.csv``
+    :param costs: rows of all ``costs.csv``
     :param checks: what was flown besides the runs, by name: its rows, or why it cannot be made
     """
 
@@ -60,6 +62,7 @@ class Results:
     sampled: pd.DataFrame = field(default_factory=pd.DataFrame)
     regrets: pd.DataFrame = field(default_factory=pd.DataFrame)
     scaling: pd.DataFrame = field(default_factory=pd.DataFrame)
+    costs: pd.DataFrame = field(default_factory=pd.DataFrame)
     checks: dict[str, pd.DataFrame | str] = field(default_factory=dict)
 
     @property
@@ -194,6 +197,8 @@ def _read_run(recipe: Recipe, cell: Cell, tables: Collection[str], problems: lis
         readers["regrets"] = lambda: read_regrets(cell, evaluation)
     if scaling is not None and cell.key in scaling.methods:
         readers["scaling"] = partial(read_scaling, cell, scaling)
+        if scaling.costs:
+            readers["costs"] = partial(read_costs, cell, scaling)
     found = {"episodes": evaluation}
     for table, read in readers.items():
         if table in tables:

@@ -6,6 +6,7 @@ import pytest
 
 from lawn_sb3.experiment.run_directory import files
 from lawn_sb3.experiment.run_directory.columns import (
+    costs_columns,
     evaluation_columns,
     paths_columns,
     regret_columns,
@@ -38,6 +39,7 @@ def test_every_file_is_there() -> None:
         (files.PATHS_FILE, paths_columns(GAME, 1)),
         (files.REGRET_FILE, regret_columns(GAME, 1)),
         (files.SCALING_FILE, scaling_columns(GAME)),
+        (files.COSTS_FILE, costs_columns()),
     ],
 )
 def test_every_column_is_there(name: str, columns: Columns) -> None:

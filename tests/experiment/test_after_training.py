@@ -10,13 +10,14 @@ import pytest
 from rich.console import Console
 
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.after_training import add_regrets, add_scaling, fly_scaled, has_regrets
+from lawn_sb3.experiment.after_training import add_costs, add_regrets, add_scaling, fly_scaled, has_regrets
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.measures import summarize
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.recipe import Method, Scaling
-from lawn_sb3.experiment.run_directory.files import REGRET_FILE, SCALING_FILE
+from lawn_sb3.experiment.run_directory.files import COSTS_FILE, REGRET_FILE, SCALING_FILE
+from lawn_sb3.experiment.run_directory.reading import read_costs
 from lawn_sb3.experiment.train import run_cell
 from tests.experiment.training import ignore
 
@@ -137,3 +138,37 @@ def test_methods_that_were_not_chosen_are_not_flown(flown: Cell) -> None:
 def test_more_uavs_than_fit_are_refused(flown: Cell) -> None:
     with pytest.raises(UserError, match=r"num_uavs = 151 .* at most 150 UAVs"):
         fly_scaled(flown, Scaling(num_uavs=(151,), episodes=1, methods=("shortest-path",)))
+
+
+def test_an_actor_for_all_games_flies_at_constant_density_where_there_are_other_cells(small_cell: Cell) -> None:
+    method = Method(label="Cells", algo="mappo-episodes", policy="knows_cells", env_steps=20, num_games=2, slack=0)
+    cell = replace(small_cell, method=method)
+    run_cell(cell, ignore)
+    swarm = Scaling(
+        num_uavs=(1, 4, 16),
+        episodes=(4, 2, 1),
+        methods=("mappo",),
+        constant_density=True,
+        costs=True,
+        reach={"mappo": 4},
+    )
+    everywhere = swarm.model_copy(update={"reach": {}})
+    rows = fly_scaled(cell, everywhere).set_index("num_uavs")
+    assert dict(rows["episodes"]) == {1: 4, 4: 2, 16: 1}
+    assert set(rows["success_percent"]) == {100.0}  # in time, whatever it has learned
+    big = small_cell.scenario.grown(16)
+    assert big.num_gbs == 4 * small_cell.scenario.num_gbs
+    flown = evaluate(load_player(cell, cell.evaluation.deterministic, big), big, 1, cell.evaluation.seed, cell.seed)
+    assert rows.loc[16, "utility_mbps"] == summarize(flown)["utility_mbps"]
+
+    add_costs([cell], swarm, QUIET)
+    costs = read_costs(cell, swarm)
+    assert list(costs["num_uavs"]) == [1, 4]  # no more than it reaches
+    assert (costs[["decision_ms", "memory_mb"]] > 0.0).all(axis=None)
+    before = (cell.directory / COSTS_FILE).read_bytes()
+    add_costs([cell], swarm, QUIET)
+    assert (cell.directory / COSTS_FILE).read_bytes() == before
+    add_scaling([cell], swarm, QUIET)
+    assert list(pd.read_csv(cell.directory / SCALING_FILE)["num_uavs"]) == [1, 4]
+    with pytest.raises(UserError, match=r"costs.csv is of 1, 4 UAVs: must be 1, 4, 16|costs.csv is cut off"):
+        read_costs(cell, everywhere)

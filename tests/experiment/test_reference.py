@@ -14,7 +14,7 @@ from lawn_sb3.experiment.evaluation import evaluate
 from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.reference import export_runs
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
-from lawn_sb3.experiment.run_directory.files import RESULT_FILES, SCALING_FILE
+from lawn_sb3.experiment.run_directory.files import COSTS_FILE, RESULT_FILES, SCALING_FILE
 from lawn_sb3.experiment.train import run_cell
 from tests.experiment.training import ignore
 
@@ -33,7 +33,7 @@ def finished(small_cell: Cell) -> list[Cell]:
 def test_rows_curves_and_one_models_weights_are_kept(finished: list[Cell], tmp_path: Path) -> None:
     written = export_runs(finished, tmp_path, tmp_path / "reference")
     first, second = (tmp_path / "reference" / cell.directory.relative_to(tmp_path) for cell in finished)
-    names = {"config.yaml", "finished", "manifest.json", *RESULT_FILES} - {SCALING_FILE}  # which these runs have not
+    names = {"config.yaml", "finished", "manifest.json", *RESULT_FILES} - {SCALING_FILE, COSTS_FILE}
     assert {path.name for path in first.iterdir()} == names | {"weights.npz"}
     assert {path.name for path in second.iterdir()} == names
     assert written == sum(path.stat().st_size for folder in (first, second) for path in folder.iterdir())

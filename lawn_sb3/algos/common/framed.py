@@ -23,6 +23,8 @@ class Framed(BasePolicy):
     """What it sees besides o_i."""
     needs_scenario: ClassVar[bool] = True
     """Whether it takes the environment's ``scenario`` too, and with it what else it needs of the game."""
+    fits_all_games: ClassVar[bool] = False
+    """Whether its networks are the same for all numbers of UAVs and GBSs, in any airspace."""
     layout: ObservationLayout
 
     def __init__(

@@ -61,6 +61,11 @@ def peak_memory_mb(job: Callable[[], object]) -> float:
 
 def _resident_after(job: Callable[[], object]) -> float:
     job()
+    return peak_of_this_process_mb()
+
+
+def peak_of_this_process_mb() -> float:
+    """The most memory that this process has taken so far in MB; not a number where there is no /proc."""
     # Not getrusage, whose peak a process takes over from the one that started it.
     status = Path("/proc/self/status")
     lines = status.read_text(encoding="utf-8").splitlines() if status.exists() else []

@@ -74,6 +74,15 @@ def scaling_columns(game: Scenario) -> Columns:
     }
 
 
+def costs_columns() -> Columns:
+    """One row per number of UAVs: what the player takes for a game."""
+    return {
+        "num_uavs": whole("number of UAVs N", "UAVs", 1),
+        "decision_ms": number("time for one move of one UAV, planning before the first one included", "ms", 0),
+        "memory_mb": number("peak memory of the process, that of Python and the libraries included", "MB", 0),
+    }
+
+
 def episode_and_uav(game: Scenario, episodes: int) -> Columns:
     """The columns that tell the UAVs of test episodes apart."""
     return {

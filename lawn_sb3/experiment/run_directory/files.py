@@ -29,6 +29,8 @@ REGRET_FILE = "regret.csv"
 """What each UAV could have gained by deviating alone, if the recipe asks for it: :func:`.columns.regret_columns`."""
 SCALING_FILE = "scaling.csv"
 """What came out with other numbers of UAVs, if the recipe asks for it: :func:`.columns.scaling_columns`."""
+COSTS_FILE = "costs.csv"
+"""What a decision costs then, if the recipe asks for that too: :func:`.columns.costs_columns`."""
 MANIFEST_FILE = "manifest.json"
 """What vouches for the others: how the run was made, and the SHA-256 of each file."""
 LOG_FILE = "worker.log"
@@ -44,6 +46,7 @@ RESULT_FILES = (
     PATHS_FILE,
     SAMPLED_FILE,
     SCALING_FILE,
+    COSTS_FILE,
     REGRET_FILE,
     PROGRESS_FILE,
     PROVENANCE_FILE,

@@ -17,14 +17,16 @@ from lawn_sb3.experiment.recipe import Scaling
 from lawn_sb3.experiment.run_directory.columns import (
     EPISODE_KEY,
     PATH_KEY,
+    costs_columns,
     evaluation_columns,
     paths_columns,
     regret_columns,
     scaling_columns,
     slots_columns,
 )
-from lawn_sb3.experiment.run_directory.csv_file import read_table
+from lawn_sb3.experiment.run_directory.csv_file import Columns, read_table
 from lawn_sb3.experiment.run_directory.files import (
+    COSTS_FILE,
     EVALUATION_FILE,
     PATHS_FILE,
     REGRET_FILE,
@@ -116,13 +118,10 @@ def read_regrets(cell: Cell, evaluation: pd.DataFrame) -> pd.DataFrame:
 
 def read_scaling(cell: Cell, scaling: Scaling) -> pd.DataFrame:
     """Read what a player did among other numbers of UAVs, as the recipe asks by ``scaling``: one row for each."""
-    columns = scaling_columns(cell.scenario)
-    rows = read_table(cell.directory / SCALING_FILE, columns, len(scaling.num_uavs), ["num_uavs"])
-    if sorted(rows["num_uavs"]) != sorted(scaling.num_uavs):
-        raise UserError(f"{SCALING_FILE} is of {_listed(rows['num_uavs'])} UAVs: must be {_listed(scaling.num_uavs)}")
-    episodes = sorted(set(rows["episodes"]))
-    if episodes != [scaling.episodes]:
-        raise UserError(f"{SCALING_FILE} is of {_listed(episodes)} episodes: must be {scaling.episodes}")
+    rows, asked = _by_num_uavs(cell, scaling, SCALING_FILE, scaling_columns(cell.scenario)), scaling.flown_by(cell.key)
+    if dict(zip(rows["num_uavs"], rows["episodes"], strict=True)) != asked:
+        flown, must = (_listed(sorted(set(counts))) for counts in (rows["episodes"], asked.values()))
+        raise UserError(f"{SCALING_FILE} is of {flown} episodes: must be {must}")
     welfare = rows["utility_mbps"] * rows["num_uavs"]
     wrong = (np.abs(rows["welfare_mbps"] - welfare) > TOLERANCE * (1.0 + welfare)).to_numpy()
     if wrong.any():
@@ -132,6 +131,20 @@ def read_scaling(cell: Cell, scaling: Scaling) -> pd.DataFrame:
             f"utility_mbps, {welfare.iloc[at]:g}"
         )
     return rows.sort_values("num_uavs", ignore_index=True)
+
+
+def read_costs(cell: Cell, scaling: Scaling) -> pd.DataFrame:
+    """Read what a player's decisions cost among other numbers of UAVs: one row for each."""
+    return _by_num_uavs(cell, scaling, COSTS_FILE, costs_columns()).sort_values("num_uavs", ignore_index=True)
+
+
+def _by_num_uavs(cell: Cell, scaling: Scaling, name: str, columns: Columns) -> pd.DataFrame:
+    """The rows of a table that has one for each number of UAVs that the recipe asks for."""
+    asked = scaling.flown_by(cell.key)
+    rows = read_table(cell.directory / name, columns, len(asked), ["num_uavs"])
+    if sorted(rows["num_uavs"]) != sorted(asked):
+        raise UserError(f"{name} is of {_listed(rows['num_uavs'])} UAVs: must be {_listed(asked)}")
+    return rows
 
 
 def _listed(numbers: Iterable[int]) -> str:

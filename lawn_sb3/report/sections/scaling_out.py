@@ -11,7 +11,7 @@ from matplotlib.lines import Line2D
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, legend_below, line_of, markers, use_house_style
 from lawn_sb3.report.table import Table, interval_columns, sample_text
-from lawn_sb3.results.quantities import QUANTITIES
+from lawn_sb3.results.quantities import QUANTITIES, Quantity
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval, mean_interval
 
@@ -21,16 +21,21 @@ COLUMNS = (
 )  # fmt: skip
 """Columns of ``scaling.csv`` with means over the episodes."""
 DECIMALS = {"utility_mbps": 2, "success_percent": 1, "collisions": 2}
-"""The quantities that are shown."""
+"""The quantities that are shown; with them their costs, where they were measured."""
+COSTS = {
+    "decision_ms": Quantity("time of a decision", "time of a decision", "ms", 3, 3, "time of a decision", False),
+    "memory_mb": Quantity("memory", "memory", "MB", 0, 0, "peak memory", False),
+}
+"""Columns of ``costs.csv``, where the recipe asks for them."""
 Means = dict[str, dict[int, dict[str, Interval]]]
-"""Mean over seeds by method, number of UAVs and column of ``scaling.csv``."""
+"""Mean over seeds by method, number of UAVs and column of ``scaling.csv`` and ``costs.csv``."""
 
 
 def section(results: Results) -> Section | None:
     """Flights with other numbers of UAVs, where the recipe asks for them."""
     if not len(results.scaling):
         return None
-    means = _means(results.scaling)
+    means = _means(results.scaling, results.costs)
     parts: dict[str, Table | Picture | None] = {
         "scaling_out": Picture(_figure(results, means), _caption(results)),
         "scaling": _table(results, means),
@@ -38,14 +43,19 @@ def section(results: Results) -> Section | None:
     return Section("Other numbers of UAVs", parts)
 
 
-def _means(rows: pd.DataFrame) -> Means:
+def _means(*tables: pd.DataFrame) -> Means:
     found: Means = {}
-    for key, of_method in rows.groupby("method"):
-        found[str(key)] = {
-            int(own["num_uavs"].iloc[0]): {name: mean_interval(own[name]) for name in COLUMNS}
-            for _, own in of_method.groupby("num_uavs")
-        }
+    for rows in tables:
+        columns = [name for name in (*COLUMNS, *COSTS) if name in rows]
+        for (key, num_uavs), own in rows.groupby(["method", "num_uavs"]) if len(rows) else ():
+            by_column = found.setdefault(str(key), {}).setdefault(int(num_uavs), {})
+            by_column |= {name: mean_interval(own[name]) for name in columns}
     return found
+
+
+def _shown(results: Results) -> dict[str, Quantity]:
+    """The quantities that are shown."""
+    return {name: QUANTITIES[name] for name in DECIMALS} | (COSTS if len(results.costs) else {})
 
 
 def _labels(results: Results) -> dict[str, str]:
@@ -61,14 +71,15 @@ def _table(results: Results, means: Means) -> Table:
     """A column for each number of UAVs; numbers have one row for each method and number of UAVs, with all means."""
     rows, labels = results.scaling, _labels(results)
     seeds = rows.groupby("method")["seed"].nunique()
-    episodes = rows["episodes"].iloc[0]
+    episodes = rows.groupby("num_uavs")["episodes"].first()
+    flown = [int(num_uavs) for num_uavs in episodes.index]
     numbers = [
         {
             "method": label,
             "key": key,
             "num_uavs": num_uavs,
             "seeds": seeds[key],
-            "episodes": episodes,
+            "episodes": episodes[num_uavs],
             **interval_columns(figures),
         }
         for key, label in labels.items()
@@ -76,35 +87,48 @@ def _table(results: Results, means: Means) -> Table:
     ]
     shown = [
         {
-            "Quantity": QUANTITIES[name].heading,
+            "Quantity": quantity.heading,
             "Method": label,
-            **{f"N = {num_uavs}": own[name].text(decimals) for num_uavs, own in means[key].items()},
-            "n": sample_text(seeds[key], episodes),
+            **{f"N = {num_uavs}": _text(means[key].get(num_uavs, {}), name, quantity) for num_uavs in flown},
+            "n": sample_text(seeds[key], " / ".join(map(str, dict.fromkeys(episodes)))),
         }
-        for name, decimals in DECIMALS.items()
+        for name, quantity in _shown(results).items()
         for key, label in labels.items()
     ]
-    text = f"{_caption(results)} In brackets those intervals. n: seeds × test episodes for each N."
-    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), text)
+    text = f"{_caption(results)} In brackets those intervals. n: seeds × test episodes for each N"
+    if len(results.costs):
+        text += "; what a decision costs is measured on one game. –: not flown"
+    return Table(pd.DataFrame(numbers), pd.DataFrame(shown), f"{text}.")
+
+
+def _text(means: dict[str, Interval], name: str, quantity: Quantity) -> str:
+    """A mean as a table shows it; a dash where it was not flown."""
+    return means[name].text(DECIMALS.get(name, quantity.decimals)) if name in means else "–"
 
 
 def _figure(results: Results, means: Means) -> Figure:
     """Utility, success and collisions against the number of UAVs, with bands for the intervals over seeds."""
     use_house_style()
-    figure = Figure(figsize=(10, 3.6), layout="constrained")
-    axes = figure.subplots(1, len(DECIMALS))
-    rows, labels = results.scaling, _labels(results)
+    shown, rows, labels = _shown(results), results.scaling, _labels(results)
+    lines = -(-len(shown) // len(DECIMALS))
+    figure = Figure(figsize=(10, 3.6 * lines), layout="constrained")
+    axes = figure.subplots(lines, len(DECIMALS), squeeze=False).ravel()
+    for ax in axes[len(shown) :]:
+        ax.remove()
     palette, looks = colours(labels), markers(labels)
     style: dict[str, dict[str, Any]] = {
         key: {"color": palette[key], "linestyle": line_of(key), "marker": looks[key]} for key in labels
     }
-    for ax, name in zip(axes, DECIMALS, strict=True):
+    for ax, (name, quantity) in zip(axes, shown.items(), strict=False):
         for key in labels:
-            num_uavs, values = list(means[key]), np.array([own[name] for own in means[key].values()])  # [N, 3]
+            own = {num_uavs: found[name] for num_uavs, found in means[key].items() if name in found}
+            num_uavs, values = list(own), np.array(list(own.values())).reshape(-1, 3)  # [N, 3]
             ax.plot(num_uavs, values[:, 0], markersize=4.5, linewidth=1.3, **style[key])
             ax.fill_between(num_uavs, values[:, 1], values[:, 2], color=palette[key], alpha=0.2, linewidth=0)
         _finish(ax, sorted(rows["num_uavs"].unique()), results.recipe.game().num_uavs)
-        ax.set_ylabel(QUANTITIES[name].axis_label)
+        ax.set_ylabel(quantity.axis_label)
+        if name in COSTS:
+            ax.set_yscale("log")
     axes[0].set_ylim(bottom=-0.5)
     axes[1].set_ylim(-2.0, 102.0)
     _spread_collisions(axes[2], rows["collisions"])
@@ -134,10 +158,20 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
 
 
 def _caption(results: Results) -> str:
-    trained, episodes = results.recipe.game().num_uavs, results.scaling["episodes"].iloc[0]
+    game, scaling = results.recipe.game(), results.recipe.scaling
+    grows = scaling is not None and scaling.constant_density
+    counts = results.scaling.groupby("num_uavs")["episodes"].first()
+    same = counts.nunique() == 1
+    each = str(counts.iloc[0]) if same else ", ".join(f"{episodes} (N = {n})" for n, episodes in counts.items())
+    area = (
+        f" The airspace and its GBSs grow with N: {game.num_gbs} GBSs on {game.width_voxels} x {game.length_voxels} "
+        f"voxels for {game.num_uavs} UAVs, and so on."
+        if grows
+        else ""
+    )
     return (
-        f"Players among N UAVs; learners were trained with N = {trained} (dotted) and not again. Each N has {episodes} "
-        "missions of its own, the same for all players and seeds, so "
+        f"Players among N UAVs; learners were trained with N = {game.num_uavs} (dotted) and not again.{area} "
+        f"Each N has {each} missions of its own, the same for all players and seeds, so "
         "from N to N the missions change too. Collisions: of a UAV in a mission; their axis is linear up to its second "
         "tick. Means over seeds with 95 % bootstrap intervals over seeds, which with five seeds hold the true mean in "
         "about five of six cases."

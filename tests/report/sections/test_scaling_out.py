@@ -60,3 +60,17 @@ def test_the_figure_shows_the_means_and_where_actors_were_trained() -> None:
     assert set(np.asarray(trained.get_xdata())) == {HANDMADE.game().num_uavs} == {4}
     assert [text.get_text() for text in utility.get_xticklabels()] == ["1", "4"]
     assert (mappo.get_color(), mappo.get_marker()) != (blind.get_color(), blind.get_marker())
+
+
+def test_costs_and_sizes_that_were_not_flown_are_shown() -> None:
+    short = ROWS[(ROWS["method"] == "mappo") | (ROWS["num_uavs"] == 1)]
+    costs = short[["method", "seed", "num_uavs"]].assign(decision_ms=0.25, memory_mb=512.0)
+    made = section(Results(HANDMADE, scaling=short, costs=costs))
+    shown = rows_by(table_in(made, "scaling").shown, "Quantity", "Method")
+    assert shown["Time of a decision (ms)", "MAPPO"]["N = 4"] == "0.250 [0.250, 0.250]"
+    assert shown["Memory (MB)", "MAPPO: Blind"] == {"N = 1": "512 [512, 512]", "N = 4": "–", "n": "2 × 7"}
+    assert rows_by(table_in(made, "scaling").numbers, "key", "num_uavs")["mappo", 1]["decision_ms"] == 0.25
+    figure = picture_in(made, "scaling_out").figure
+    assert [ax.get_ylabel() for ax in figure.axes[3:]] == ["time of a decision (ms)", "peak memory (MB)"]
+    assert points_of(figure.axes[3].lines[0]) == [[1.0, 0.25], [4.0, 0.25]]
+    assert points_of(figure.axes[0].lines[1]) == [[1.0, 30.0]]
