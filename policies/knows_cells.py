@@ -1,6 +1,7 @@
 """For swarms: what o_i says of the places around a UAV. No network depends on how many UAVs or cells there are."""
 
 from collections.abc import Collection
+from typing import Any
 
 import torch as th
 
@@ -15,8 +16,9 @@ class KnowsCellsPolicy(FramedPolicy):
     sees = ("clock",)
     fits_all_games = True
 
-    def make_encoder(self, sees: Collection[Sight], loads: bool = True) -> Around:
+    def make_encoder(self, sees: Collection[Sight], loads: bool = True) -> Any:
         return Around(self.scenario, self.layout)
 
     def critic_input(self, local: th.Tensor, state: th.Tensor) -> th.Tensor:
-        return self.critic_encoder(local)[0]
+        around: th.Tensor = self.critic_encoder(local)[0]
+        return around

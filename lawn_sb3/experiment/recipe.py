@@ -270,18 +270,18 @@ def check_policies(recipe: Recipe, path: Path) -> None:
         for method in recipe.methods.values():
             if method.algo is not None and method.policy is not None:
                 find_algorithm(method.algo, find_policy(method.policy))
-        scaling = recipe.scaling
-        for key in scaling.methods if scaling is not None else ():
+        for key in recipe.scaling.methods if recipe.scaling else ():
             if not _fits_any_num_uavs(recipe.methods[key]):
                 raise UserError(
                     f"scaling: method {key!r} has networks for single UAVs, and cannot be flown with other numbers of "
                     "them"
                 )
-            if scaling.constant_density and not fits_all_games(recipe.methods[key]):
+        for key in recipe.scaling.methods if recipe.scaling and recipe.scaling.constant_density else ():
+            if not fits_all_games(recipe.methods[key]):
+                game = recipe.game()
                 raise UserError(
-                    f"scaling: method {key!r} has networks for {recipe.game().num_gbs} GBSs in {recipe.game().grid} "
-                    "voxels, and cannot be flown at constant density; policies with fits_all_games can, such as "
-                    "knows_cells"
+                    f"scaling: method {key!r} has networks for {game.num_gbs} GBSs in {game.grid} voxels, and cannot "
+                    "be flown at constant density; policies with fits_all_games can, such as knows_cells"
                 )
     except UserError as error:
         raise UserError(f"{path}: {error}") from None

@@ -47,8 +47,9 @@ def _means(*tables: pd.DataFrame) -> Means:
     found: Means = {}
     for rows in tables:
         columns = [name for name in (*COLUMNS, *COSTS) if name in rows]
-        for (key, num_uavs), own in rows.groupby(["method", "num_uavs"]) if len(rows) else ():
-            by_column = found.setdefault(str(key), {}).setdefault(int(num_uavs), {})
+        for _, own in rows.groupby(["method", "num_uavs"]) if len(rows) else ():
+            key, num_uavs = str(own["method"].iloc[0]), int(own["num_uavs"].iloc[0])
+            by_column = found.setdefault(key, {}).setdefault(num_uavs, {})
             by_column |= {name: mean_interval(own[name]) for name in columns}
     return found
 
