@@ -120,7 +120,7 @@ class Scaling(BaseModel):
     constant_density: bool = Field(
         False, description="whether the airspace and its grid of GBSs grow with N, or both stay as they are"
     )
-    reach: dict[str, Natural] = Field({}, description="of methods that cannot fly with all N: the largest that they can")
+    reach: dict[str, Natural] = Field({}, description="of methods that cannot fly with all N: the largest they can")
     costs: bool = Field(False, description="also measure the time that a decision takes, and the memory")
 
     @model_validator(mode="after")
