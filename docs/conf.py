@@ -27,6 +27,7 @@ COPIED = {
     "report-ladder": "runs/reference/ladder/report/README.md",
     "report-ablation": "runs/reference/ablation/report/README.md",
     "report-sensitivity": "runs/reference/sensitivity/report/README.md",
+    "report-readings": "runs/reference/readings/report/README.md",
     "report-defaults": "runs/reference/defaults/report/README.md",
     "report-identify": "runs/reference/identify/README.md",
 }

@@ -9,6 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.search import load_search
 from lawn_sb3.experiment.tuning import ranked_settings, read_trainings
@@ -248,8 +249,9 @@ def test_how_many_runs_there_are(name: str, page: str) -> None:
 
 
 @pytest.mark.parametrize("ranking", ["ranking_reward", "ranking_utility_mbps"])
-def test_no_two_methods_change_places(ranking: str) -> None:
-    heading, *games = table_rows(reference(f"sensitivity/{ranking}.md").read_text("utf-8"))
+@pytest.mark.parametrize("name", ["sensitivity", "readings"])
+def test_no_two_methods_change_places(name: str, ranking: str) -> None:
+    heading, *games = table_rows(reference(f"{name}/{ranking}.md").read_text("utf-8"))
     assert {row[heading.index("Changed places")] for row in games[1:]} == {"none"}
     says("docs/sensitivity.md", f"({len(games)} games, three seeds, a third of the budget;")
 
@@ -315,6 +317,20 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
         f"that of QMIX falls from {qmix.max():.0f} % to {qmix.iloc[-1]:.0f} %",
     )
     assert curves["iql"]["greedy/rate_mbps"].max() < 44.46 - 2.0
+
+
+def test_the_readings_that_learners_are_trained_in_are_allowed() -> None:
+    kept_games = json.loads((REPOSITORY / "runs" / "reference" / "identify" / "identify.json").read_text("utf-8"))
+    allowed = consistent(Identification.from_json(kept_games).games)
+    _, *variants = load_recipe(REPOSITORY / "runs" / "readings.yaml").split().values()
+    assert len(variants) == 7
+    for game in (variant.game() for variant in variants):
+        same = (allowed["moves"] == game.out_of_bounds) & ((allowed["tx_power_dbm"] - game.tx_power_dbm).abs() < 0.01)
+        for name in ("max_voxel_steps", "arrived_uav", "arrival", "gbs_layout", "bias_horizon"):
+            same &= allowed[name] == getattr(game, name)
+        for name in ("nav_weight", "fail_penalty", "collision_penalty"):
+            same &= (allowed[name] - getattr(game, name)).abs() < 1e-3
+        assert [tuple(grid) for grid in allowed.loc[same, "grid"]] == [game.grid], game.title
 
 
 def test_the_games_that_the_papers_figures_allow() -> None:

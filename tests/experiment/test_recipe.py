@@ -192,8 +192,9 @@ def test_a_run_of_an_earlier_version_counts_only_where_it_left_something_that_no
     assert random.fingerprints() == {random.fingerprint()}
 
 
-def test_the_sensitivity_recipe_has_the_papers_methods_with_a_smaller_budget() -> None:
-    paper, other = (load_recipe(REPOSITORY / "runs" / f"{name}.yaml") for name in ("paper", "sensitivity"))
+@pytest.mark.parametrize("name", ["sensitivity", "readings"])
+def test_changed_games_have_the_papers_methods_with_a_smaller_budget(name: str) -> None:
+    paper, other = (load_recipe(REPOSITORY / "runs" / f"{key}.yaml") for key in ("paper", name))
     for key, method in other.methods.items():
         same = paper.methods[key].model_copy(update={"env_steps": method.env_steps})
         assert method == same, key
