@@ -319,6 +319,16 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
     assert curves["iql"]["greedy/rate_mbps"].max() < 44.46 - 2.0
 
 
+def test_in_the_other_games_learners_hardly_have_more_than_straight_flight() -> None:
+    rows = pd.read_csv(reference("readings/ranking_utility_mbps.csv")).pivot(
+        index="game", columns="method", values="value"
+    )
+    lead = rows[["iql", "qmix", "mappo", "mappo-state"]].max(axis=1) - rows["shortest-path"]
+    lead = lead.drop("as-is")
+    assert len(lead) == 7
+    says("docs/sensitivity.md", f"at most {lead.max():.1f} Mbps more utility", f"and up to {-lead.min():.1f} less")
+
+
 def test_the_readings_that_learners_are_trained_in_are_allowed() -> None:
     kept_games = json.loads((REPOSITORY / "runs" / "reference" / "identify" / "identify.json").read_text("utf-8"))
     allowed = consistent(Identification.from_json(kept_games).games)

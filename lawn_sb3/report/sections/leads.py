@@ -51,7 +51,7 @@ def _figure(games: Mapping[str, Results]) -> Figure:
                     look: dict[str, Any] = {"markersize": 4, "color": palette[key], "capsize": 2, "linewidth": 1.2}
                     ax.errorbar(own.value, y, xerr=error_bars(own), fmt="o", **look)
         ax.axvline(0.0, color="0.5", linewidth=0.8, zorder=0)
-        ax.set_xlabel(f"{QUANTITIES[quantity].axis_label}, lead over the learners' mean")
+        ax.set_xlabel(f"{QUANTITIES[quantity].axis_label},\nlead over the learners' mean")
         ax.set_yticks(range(len(games)), names)
         ax.set_ylim(len(games) - 0.5, -0.5)
         ax.grid(visible=False, axis="y")
