@@ -28,6 +28,7 @@ COPIED = {
     "report-ablation": "runs/reference/ablation/report/README.md",
     "report-sensitivity": "runs/reference/sensitivity/report/README.md",
     "report-readings": "runs/reference/readings/report/README.md",
+    "report-bfloat16": "runs/reference/bfloat16/report/README.md",
     "report-defaults": "runs/reference/defaults/report/README.md",
     "report-identify": "runs/reference/identify/README.md",
 }

@@ -364,3 +364,18 @@ def test_the_games_that_the_papers_figures_allow() -> None:
     )
     assert (len(drawn), int((drawn["straight_reward"] > 3.19).sum())) == (10, 9)
     assert (drawn["straight_success_percent"] == 100.0).all()
+
+
+def test_what_updates_in_bfloat16_change() -> None:
+    def effect(table: str, name: str, decimals: int) -> str:
+        value, low, high = (
+            kept(f"bfloat16/{table}", f"{name}{end}")["mappo-bfloat16"] for end in ("", "_low", "_high")
+        )
+        return f"{value:.{decimals}f} [{low:.{decimals}f}, {high:.{decimals}f}]"
+
+    assert kept("bfloat16/effects", "success_percent")["mappo-bfloat16"] == 0.0
+    says(
+        "docs/speed.md",
+        f"J̄ differs by {effect('effects', 'reward', 3)}, the utility by {effect('effects', 'utility_mbps', 2)} Mbps",
+        f"mean success during training by {effect('learning_effects', 'mean_success_percent', 1)} points",
+    )
