@@ -48,7 +48,10 @@ html_css_files = ["wide.css"]
 myst_heading_anchors = 4
 
 nitpicky = True
-nitpick_ignore_regex = [(r"py:.*", r"(?!lawn_sb3\.|policies\.).*")]  # names of other projects
+nitpick_ignore_regex = [
+    (r"py:.*", r"(?!lawn_sb3\.|policies\.).*"),  # names of other projects
+    (r"py:.*", r".*\._\w+"),  # what annotations show of private names
+]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
 autodoc_member_order = "bysource"
 apidoc_modules = [
