@@ -75,6 +75,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.agents: list[str] = []
         self._trail: list[NDArray[np.int64]] = []
         self._late = np.zeros(scenario.num_uavs, dtype=bool)
+        self._started = False
         self.state_space = space_of(self.layout.state_dim)
         self.observation_spaces = {agent: space_of(self.layout.local_dim) for agent in self.possible_agents}
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
@@ -107,6 +108,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self.agents = list(self.possible_agents)
         self._trail = []
         self._late = np.zeros(len(self.agents), dtype=bool)
+        self._started = True
         return self._observe(self.agents), self._first_infos()
 
     def step(
@@ -116,11 +118,11 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
         :param actions: one action per UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
-        :raises UserError: if an action is missing or not allowed, or no UAV is in the air
+        :raises UserError: if an action is missing or not allowed, or no game was started
         """
-        flew = self.agents
-        if not flew:
-            raise UserError("no UAV is in the air: reset() starts a game")
+        if not self._started:
+            raise UserError("no game was started: reset() starts one")
+        flew = self.agents  # nobody after the end, where SuperSuit's ``black_death`` asks once more
         missing = [agent for agent in flew if agent not in actions]
         if missing:
             raise UserError(f"no action for {', '.join(missing)}: every UAV in the air needs one")

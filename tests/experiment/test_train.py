@@ -199,7 +199,7 @@ def test_a_folder_without_a_run_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("make", "changes", "expected"),
     [
-        (mappo_cell, {"settings": {"batch_size": 1}}, "mappo refuses its settings"),
+        (mappo_cell, {"settings": {"device": "gpu7"}}, "mappo refuses its settings"),
         (qmix_cell, {"continuation": "mission"}, "qmix refuses its settings: .*continuation='episode'"),
     ],
 )
