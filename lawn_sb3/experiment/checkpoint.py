@@ -178,9 +178,11 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         with np.load(io.BytesIO(archive), allow_pickle=False) as stored:
             arrays = {name: stored[name] for name in stored.files}
-        state: dict[str, Any] = from_plain(json.loads(arrays[TREE].tobytes()), arrays, NAMED)
-    except (OSError, LookupError, TypeError, zipfile.BadZipFile) as error:  # written by somebody else
+        state = from_plain(json.loads(arrays[TREE].tobytes()), arrays, NAMED)
+    except (OSError, LookupError, TypeError, RecursionError, zipfile.BadZipFile) as error:  # written by somebody else
         raise ValueError(str(error)) from error
+    if not isinstance(state, dict) or "fingerprint" not in state:
+        raise ValueError("it holds no training")
     return state
 
 

@@ -1,5 +1,8 @@
 """Any single bit of a checkpoint may flip, and any part of it be cut off: it is named, and the one before is used."""
 
+import hashlib
+import io
+import pickle
 from collections.abc import Callable
 from pathlib import Path
 
@@ -9,6 +12,7 @@ import pytest
 from lawn_sb3.errors import Notice
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import read_checkpoint
+from tests.experiment.payload import Payload
 from tests.experiment.training import interrupt, iql_cell, mappo_cell, qmix_cell, resumed
 
 LEARNERS = {"mappo": (mappo_cell, 256), "iql": (iql_cell, 26), "qmix": (qmix_cell, 60)}
@@ -64,3 +68,50 @@ def test_a_training_resumed_from_the_checkpoint_before_leaves_the_same_bytes(
         path.write_bytes(damaged(path.read_bytes(), np.random.default_rng(1)))
 
     assert 0 < resumed(make(tmp_path / "run"), limit, damage)[0] < limit - 1
+
+
+@pytest.mark.usefixtures("often")
+@pytest.mark.parametrize("member", ["tree", "0"])
+def test_a_pickled_array_is_refused_though_its_digest_is_right(member: str, tmp_path: Path) -> None:
+    cell, trace = mappo_cell(tmp_path / "run"), tmp_path / "ran"
+    interrupt(cell, 192)
+    newest = cell.directory / "checkpoint.bin"
+    earlier = steps(cell, without=newest)
+    with np.load(io.BytesIO(newest.read_bytes()[32:])) as stored:
+        members = dict(stored)
+    assert member in members
+    planted = io.BytesIO()
+    np.savez(planted, allow_pickle=True, **{**members, member: np.array([Payload(trace)], dtype=object)})
+    newest.write_bytes(hashlib.sha256(planted.getvalue()).digest() + planted.getvalue())
+    with pytest.warns(Notice, match=r"checkpoint\.bin'; the one before is used"):
+        assert steps(cell) == earlier
+    assert not trace.exists()
+    pickle.loads(pickle.dumps(Payload(trace)))
+    assert trace.exists()  # so that it would have been seen
+
+
+FORGED = {
+    "no archive": b"nothing",
+    "no tree": {"0": np.zeros(1)},
+    "no JSON": {"tree": np.frombuffer(b"{", np.uint8)},
+    "no state": {"tree": np.frombuffer(b"[1]", np.uint8)},
+    "no fingerprint": {"tree": np.frombuffer(b'{"mapping": []}', np.uint8)},
+    "no array": {"tree": np.frombuffer(b'{"mapping": [["fingerprint", {"array": "1"}]]}', np.uint8)},
+    "no end": {"tree": np.frombuffer(b"[" * 100_000, np.uint8)},
+}
+"""What somebody may write below a right digest."""
+
+
+@pytest.mark.parametrize("content", FORGED.values(), ids=FORGED)
+def test_what_is_no_checkpoint_is_refused_though_its_digest_is_right(
+    content: bytes | dict[str, np.ndarray], tmp_path: Path
+) -> None:
+    cell, archive = mappo_cell(tmp_path / "run"), io.BytesIO()
+    if isinstance(content, bytes):
+        archive.write(content)
+    else:
+        np.savez(archive, allow_pickle=False, **content)
+    cell.directory.mkdir()
+    (cell.directory / "checkpoint.bin").write_bytes(hashlib.sha256(archive.getvalue()).digest() + archive.getvalue())
+    with pytest.warns(Notice, match=r"checkpoint\.bin'; the training starts anew"):
+        assert read_checkpoint(cell) is None

@@ -6,35 +6,66 @@ how many kills of each learner, 20 by default. Looks at ``/proc``: Linux alone.
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import torch as th
 import yaml
+from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.run_directory.files import LOCK_FILE, MODEL_FILE
 
-METHODS = {
-    "mappo": {"algo": "mappo", "num_games": 8, "settings": {"n_steps": 32, "batch_size": 256, "n_epochs": 2}},
-    "iql": {"algo": "iql", "num_games": 8, "settings": {"buffer_size": 20_000, "learning_starts": 500}},
-    "qmix": {"algo": "qmix", "num_games": 8, "settings": {"buffer_size": 10_000, "learning_starts": 2_000}},
+METHODS: dict[str, dict[str, Any]] = {
+    "mappo": {"algo": "mappo", "settings": {"n_steps": 32, "batch_size": 256, "n_epochs": 2}},
+    "iql": {"algo": "iql", "settings": {"buffer_size": 20_000, "learning_starts": 500, "train_freq": 8}},
+    "qmix": {"algo": "qmix", "settings": {"buffer_size": 10_000, "learning_starts": 2_000}},
 }
-ENV_STEPS = 50_000
-"""Five checkpoints."""
-COMPARED = ("*.csv", "model.zip", "config.yaml")
+ENV_STEPS = 8_000
+EVALUATION = {"episodes": 5, "record_every": 1_000, "watch_every": 4_000, "watch_episodes": 3}
+KINDS = ("group", "parent", "worker")
+"""In turns, as a run whose worker is killed twice by one and the same parent is given up."""
+RAW = ("*.csv", "config.yaml")
 SECONDS = 2.0
 """How long a process may outlive the one that started it."""
 
 
+class Result(NamedTuple):
+    """What came of the kills of a learner."""
+
+    kills: Counter[str]
+    rounds: int
+    """How often all runs were finished, and compared."""
+    raw_files: int
+    """That were compared, and equal."""
+    models: int
+    """Whose weights and bytes were compared, and equal."""
+    slowest: float
+    """How many seconds a worker outlived its parent at most."""
+
+    def line(self, name: str) -> str:
+        """Say it in one line."""
+        kinds = ", ".join(f"{self.kills[kind]} {kind}" for kind in KINDS)
+        return (
+            f"{name}: {self.kills.total()} kills ({kinds}); {self.rounds} times finished: {self.raw_files} raw files "
+            f"and {self.models} models equal to the byte; 0 orphans (the slowest worker ended {self.slowest:.2f} s "
+            "after its parent); 0 part files"
+        )
+
+
 def begin(recipe: Path) -> subprocess.Popen[bytes]:
     """Start a recipe, in a process group of its own."""
-    command = [sys.executable, "-m", "lawn_sb3", "reproduce", str(recipe)]
+    command = [sys.executable, "-m", "tests.torture.often", "reproduce", str(recipe)]
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
-    with (recipe.parent / "said").open("ab") as said:
-        return subprocess.Popen(command, env=environment, stdout=said, stderr=said, start_new_session=True)
+    with recipe.with_suffix(".said").open("ab") as said:
+        return subprocess.Popen(command, env=environment, stdout=said, stderr=said, process_group=0)
 
 
 def states() -> dict[int, tuple[int, str]]:
@@ -51,8 +82,15 @@ def states() -> dict[int, tuple[int, str]]:
 
 def workers(parent: int) -> list[int]:
     """The processes in which a recipe's runs are made."""
-    own = [pid for pid, (above, _) in states().items() if above == parent]
-    return [pid for pid in own if b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()]
+    found = []
+    for pid in [pid for pid, (above, _) in states().items() if above == parent]:
+        try:
+            command = Path(f"/proc/{pid}/cmdline").read_bytes()
+        except OSError:  # has ended meanwhile
+            continue
+        if b"spawn_main" in command:
+            found.append(pid)
+    return found
 
 
 def seconds_until_gone(pids: list[int]) -> float:
@@ -65,66 +103,100 @@ def seconds_until_gone(pids: list[int]) -> float:
     return time.monotonic() - began
 
 
-def left(folder: Path) -> dict[str, bytes]:
+def raw_files(folder: Path) -> dict[str, bytes]:
     """The files that runs left which have to be equal."""
-    paths = [path for pattern in COMPARED for path in folder.glob(f"*/seed-*/{pattern}")]
+    paths = [path for pattern in RAW for path in folder.glob(f"*/seed-*/{pattern}")]
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
-def torture(learner: str, number: int, folder: Path) -> str:
+def compare(whole: Path, killed: Path) -> tuple[int, int]:
+    """Hold what killed runs left against what others did.
+
+    :param whole: the runs that nobody killed
+    :param killed: the others, finished too
+    :return: how many raw files and how many models are equal: all
+    :raises AssertionError: naming what differs, is missing, or should not be there
+    """
+    expected, found = raw_files(whole), raw_files(killed)
+    different = [name for name in {**expected, **found} if found.get(name) != expected.get(name)]
+    assert expected, f"nothing in {whole}"
+    assert not different, f"different: {different}"
+    models = sorted(path.relative_to(whole) for path in whole.glob(f"*/seed-*/{MODEL_FILE}"))
+    for model in models:
+        assert (killed / model).read_bytes() == (whole / model).read_bytes(), f"different: {model}"
+        one, other = (load_from_zip_file(folder / model, load_data=False)[1]["policy"] for folder in (whole, killed))
+        assert one.keys() == other.keys(), f"different weights: {model}"
+        assert all(th.equal(weights, other[name]) for name, weights in one.items()), f"different weights: {model}"
+    left = [path for pattern in ("part-*", LOCK_FILE, "checkpoint*") for path in killed.rglob(pattern)]
+    assert not left, f"left over: {left}"
+    return len(expected), len(models)
+
+
+def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS) -> Result:
     """Kill the runs of a learner.
 
     :param learner: its name
     :param number: how many kills
     :param folder: where recipes and runs may go
-    :return: a line that says what came of it
+    :param env_steps: how long each run is
+    :return: what came of it
+    :raises AssertionError: if anything is lost, different, or left over
     """
-    evaluation = {"episodes": 20, "record_every": 2_000, "watch_every": 10_000, "watch_episodes": 5}
-    method = {"label": learner, "env_steps": ENV_STEPS, **METHODS[learner]}
-    content = yaml.safe_dump({"seeds": [0, 1], "evaluation": evaluation, "methods": {learner: method}})
-    recipes = [folder / f"{name}.yaml" for name in ("whole", "killed")]
-    for recipe in recipes:
-        recipe.write_text(content, encoding="utf-8")
+    method = {"label": learner, "env_steps": env_steps, "num_games": 8, **METHODS[learner]}
+    content = yaml.safe_dump({"seeds": [0, 1], "evaluation": EVALUATION, "methods": {learner: method}})
+    whole, killed = folder / "whole", folder / "killed"
+    for path in (whole, killed):
+        path.with_suffix(".yaml").write_text(content, encoding="utf-8")
     began = time.monotonic()
-    assert begin(recipes[0]).wait() == 0
+    assert begin(whole.with_suffix(".yaml")).wait() == 0, whole.with_suffix(".said").read_text()
     lasts = time.monotonic() - began
-    expected = left(folder / "whole")
-    chance, slowest, kinds = random.Random(0), 0.0, {"group": 0, "parent": 0, "worker": 0}
-    killed = recipes[1]
-    while sum(kinds.values()) < number:
-        process = begin(killed)
-        time.sleep(chance.uniform(0.1, 0.8) * lasts)
-        pids = workers(process.pid)
-        if process.poll() is not None or not pids:  # done already, or not begun
-            process.wait()
-            if left(folder / "killed") == expected:
-                subprocess.run(["rm", "-r", folder / "killed"], check=True)
-            continue
-        kind = list(kinds)[sum(kinds.values()) % len(kinds)]
-        kinds[kind] += 1
-        if kind == "worker":
-            os.kill(chance.choice(pids), signal.SIGKILL)
-            assert process.wait() == 0  # it is begun once more by itself
-        elif kind == "parent":
-            process.kill()
+    chance, kills, slowest = random.Random(0), Counter[str](), 0.0
+    rounds = files = models = 0
+    process = begin(killed.with_suffix(".yaml"))
+    while True:
+        if kills.total() < number:
+            time.sleep(chance.uniform(0.3, 1.0) * lasts)
         else:
-            os.killpg(process.pid, signal.SIGKILL)
-        slowest = max(slowest, seconds_until_gone(pids if kind != "worker" else []))
-        process.wait()
-    assert begin(killed).wait() == 0
-    found = left(folder / "killed")
-    different = [name for name in expected if found.get(name) != expected[name]]
-    parts = list((folder / "killed").rglob("part-*"))
-    assert not different, different
-    assert not parts, parts
-    assert slowest <= SECONDS, slowest
-    return (
-        f"{learner}: {kinds}, {len(expected)} files equal, no part file, no orphan: the slowest worker ended "
-        f"{slowest:.2f} s after its parent"
-    )
+            process.wait()
+        pids = workers(process.pid)
+        if process.poll() is not None:
+            assert process.returncode == 0, killed.with_suffix(".said").read_text()
+            equal = compare(whole, killed)
+            rounds, files, models = rounds + 1, files + equal[0], models + equal[1]
+            if kills.total() == number:
+                return Result(kills, rounds, files, models, slowest)
+            shutil.rmtree(killed)
+            process = begin(killed.with_suffix(".yaml"))
+        elif pids:  # else it has not begun yet, or is writing its report
+            kind = KINDS[kills.total() % len(KINDS)]
+            kills[kind] += 1
+            if kind == "worker":
+                os.kill(chance.choice(pids), signal.SIGKILL)  # its run is begun once more by itself
+                continue
+            if kind == "parent":
+                process.kill()
+            else:
+                os.killpg(process.pid, signal.SIGKILL)
+            slowest = max(slowest, seconds_until_gone(pids))
+            assert slowest <= SECONDS, f"a worker outlived its parent by {slowest:.1f} s"
+            process.wait()
+            process = begin(killed.with_suffix(".yaml"))
+
+
+def main(number: int) -> None:
+    """Kill the runs of each learner, and say what came of it.
+
+    :param number: how many kills of each
+    """
+    results = []
+    for name in METHODS:
+        with tempfile.TemporaryDirectory() as made:
+            results.append(torture(name, number, Path(made)))
+            print(results[-1].line(name), flush=True)
+    kills, rounds, files, models, slowest = zip(*results, strict=True)
+    total = Result(sum(kills, Counter()), sum(rounds), sum(files), sum(models), max(slowest))
+    print(total.line("random kills"), flush=True)
 
 
 if __name__ == "__main__":
-    for name in METHODS:
-        with tempfile.TemporaryDirectory() as made:
-            print(torture(name, int(sys.argv[1]) if len(sys.argv) > 1 else 20, Path(made)), flush=True)
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
