@@ -25,8 +25,7 @@ test: install ## run all tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 torture: install ## kill runs at random and damage checkpoints, hundreds of times (an hour)
-	$(BIN)/python -m tests.torture.kills
-	$(BIN)/python -m tests.torture.damages
+	$(BIN)/python -m tests.torture
 
 lint: style types arrows ## check style, types and the arrows between the folders: what pre-commit checks too
 

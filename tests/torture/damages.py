@@ -70,21 +70,23 @@ def line(name: str, ends: Counter[str]) -> str:
     )
 
 
-def main(number: int) -> None:
-    """Damage checkpoints of each learner, and say what came of it.
+def main(number: int = 100) -> str:
+    """Damage checkpoints of each learner, and print what came of it.
 
     :param number: how many of each
+    :return: a line on all
+    :raises AssertionError: if a damage goes unnoticed, or alters what is left
     """
+    th.set_num_threads(1)
+    Checkpoints.__init__.__defaults__ = (1,)  # a checkpoint whenever there can be one
     total = Counter[str]()
     for name in LEARNERS:
         with tempfile.TemporaryDirectory() as made:
             ends = torture(name, number, Path(made))
         print(line(name, ends), flush=True)
         total += ends
-    print(line("damaged checkpoints", total), flush=True)
+    return line("damaged checkpoints", total)
 
 
 if __name__ == "__main__":
-    th.set_num_threads(1)
-    Checkpoints.__init__.__defaults__ = (1,)  # a checkpoint whenever there can be one
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 100)
+    print(main(*map(int, sys.argv[1:])))

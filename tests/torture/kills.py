@@ -33,6 +33,8 @@ EVALUATION = {"episodes": 5, "record_every": 1_000, "watch_every": 4_000, "watch
 KINDS = ("group", "parent", "worker")
 """In turns, as a run whose worker is killed twice by one and the same parent is given up."""
 RAW = ("*.csv", "config.yaml")
+MOST_OF_A_RUN = 0.3
+"""The longest time from the start of workers to a kill, as a share of what an undisturbed recipe takes."""
 SECONDS = 2.0
 """How long a process may outlive the one that started it."""
 
@@ -93,6 +95,15 @@ def workers(parent: int) -> list[int]:
     return found
 
 
+def wait_for_workers(process: subprocess.Popen[bytes]) -> bool:
+    """Wait until a recipe's runs are being made, or all is done; return which."""
+    while process.poll() is None:
+        if workers(process.pid):
+            return True
+        time.sleep(0.1)
+    return False
+
+
 def seconds_until_gone(pids: list[int]) -> float:
     """How long it takes until processes have ended."""
     began = time.monotonic()
@@ -149,25 +160,38 @@ def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS)
         path.with_suffix(".yaml").write_text(content, encoding="utf-8")
     began = time.monotonic()
     assert begin(whole.with_suffix(".yaml")).wait() == 0, whole.with_suffix(".said").read_text()
-    lasts = time.monotonic() - began
+    return kill(whole, killed, number, MOST_OF_A_RUN * (time.monotonic() - began))
+
+
+def kill(whole: Path, killed: Path, number: int, most_seconds: float) -> Result:
+    """Kill the runs of a recipe, begin them again, and hold them against others whenever they are finished.
+
+    :param whole: the runs that nobody kills
+    :param killed: where the others go; the recipe of each lies beside it
+    :param number: how many kills
+    :param most_seconds: how long workers may work until the next one
+    :return: what came of it
+    :raises AssertionError: if anything is lost, different, or left over
+    """
+    recipe, said = killed.with_suffix(".yaml"), killed.with_suffix(".said")
     chance, kills, slowest = random.Random(0), Counter[str](), 0.0
     rounds = files = models = 0
-    process = begin(killed.with_suffix(".yaml"))
+    process = begin(recipe)
     while True:
-        if kills.total() < number:
-            time.sleep(chance.uniform(0.3, 1.0) * lasts)
-        else:
+        if kills.total() == number:
             process.wait()
+        elif wait_for_workers(process):
+            time.sleep(chance.uniform(0.0, most_seconds))
         pids = workers(process.pid)
         if process.poll() is not None:
-            assert process.returncode == 0, killed.with_suffix(".said").read_text()
+            assert process.returncode == 0, said.read_text()
             equal = compare(whole, killed)
             rounds, files, models = rounds + 1, files + equal[0], models + equal[1]
             if kills.total() == number:
                 return Result(kills, rounds, files, models, slowest)
             shutil.rmtree(killed)
-            process = begin(killed.with_suffix(".yaml"))
-        elif pids:  # else it has not begun yet, or is writing its report
+            process = begin(recipe)
+        elif pids:  # else it is writing its report
             kind = KINDS[kills.total() % len(KINDS)]
             kills[kind] += 1
             if kind == "worker":
@@ -180,23 +204,24 @@ def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS)
             slowest = max(slowest, seconds_until_gone(pids))
             assert slowest <= SECONDS, f"a worker outlived its parent by {slowest:.1f} s"
             process.wait()
-            process = begin(killed.with_suffix(".yaml"))
+            process = begin(recipe)
 
 
-def main(number: int) -> None:
-    """Kill the runs of each learner, and say what came of it.
+def main(number: int = 20) -> str:
+    """Kill the runs of each learner, and print what came of it.
 
     :param number: how many kills of each
+    :return: a line on all
+    :raises AssertionError: if anything is lost, different, or left over
     """
     results = []
     for name in METHODS:
         with tempfile.TemporaryDirectory() as made:
             results.append(torture(name, number, Path(made)))
-            print(results[-1].line(name), flush=True)
+        print(results[-1].line(name), flush=True)
     kills, rounds, files, models, slowest = zip(*results, strict=True)
-    total = Result(sum(kills, Counter()), sum(rounds), sum(files), sum(models), max(slowest))
-    print(total.line("random kills"), flush=True)
+    return Result(sum(kills, Counter()), sum(rounds), sum(files), sum(models), max(slowest)).line("random kills")
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 20)
+    print(main(*map(int, sys.argv[1:])))

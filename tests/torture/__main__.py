@@ -1,0 +1,5 @@
+"""All campaigns, one after the other, and at the end a line on each: ``make torture``."""
+
+from tests.torture import damages, kills
+
+print("\n".join(campaign() for campaign in (kills.main, damages.main)))
