@@ -4,6 +4,7 @@ What they leave in the end has to be what they leave when nobody kills them. ``p
 how many kills of each learner, 20 by default. Looks at ``/proc``: Linux alone.
 """
 
+import json
 import os
 import random
 import shutil
@@ -21,7 +22,7 @@ import yaml
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.run_directory.files import LOCK_FILE, MODEL_FILE
+from lawn_sb3.experiment.run_directory.files import LOCK_FILE, MODEL_FILE, PROVENANCE_FILE
 
 METHODS: dict[str, dict[str, Any]] = {
     "mappo": {"algo": "mappo", "settings": {"n_steps": 32, "batch_size": 256, "n_epochs": 2}},
@@ -33,7 +34,7 @@ EVALUATION = {"episodes": 5, "record_every": 1_000, "watch_every": 4_000, "watch
 KINDS = ("group", "parent", "worker")
 """In turns, as a run whose worker is killed twice by one and the same parent is given up."""
 RAW = ("*.csv", "config.yaml")
-MOST_OF_A_RUN = 0.3
+MOST_OF_A_RUN = 0.6
 """The longest time from the start of workers to a kill, as a share of what an undisturbed recipe takes."""
 SECONDS = 2.0
 """How long a process may outlive the one that started it."""
@@ -47,6 +48,8 @@ class Result(NamedTuple):
     """How often all runs were finished, and compared."""
     raw_files: int
     """That were compared, and equal."""
+    resumed: int
+    """Runs that went on from a checkpoint the last time that they were begun."""
     models: int
     """Whose weights and bytes were compared, and equal."""
     slowest: float
@@ -56,9 +59,9 @@ class Result(NamedTuple):
         """Say it in one line."""
         kinds = ", ".join(f"{self.kills[kind]} {kind}" for kind in KINDS)
         return (
-            f"{name}: {self.kills.total()} kills ({kinds}); {self.rounds} times finished: {self.raw_files} raw files "
-            f"and {self.models} models equal to the byte; 0 orphans (the slowest worker ended {self.slowest:.2f} s "
-            "after its parent); 0 part files"
+            f"{name}: {self.kills.total()} kills ({kinds}); {self.rounds} times finished, {self.resumed} runs from a "
+            f"checkpoint: {self.raw_files} raw files and {self.models} models equal to the byte; 0 orphans (the slowest "
+            f"worker ended {self.slowest:.2f} s after its parent); 0 part files"
         )
 
 
@@ -120,6 +123,17 @@ def raw_files(folder: Path) -> dict[str, bytes]:
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
+def weights(model: Path) -> dict[str, th.Tensor]:
+    """The weights that a model file holds."""
+    return dict(load_from_zip_file(model, load_data=False)[1]["policy"])
+
+
+def resumed(folder: Path) -> int:
+    """How many finished runs went on from a checkpoint the last time that they were begun."""
+    records = [json.loads(path.read_text("utf-8")) for path in folder.glob(f"*/seed-*/{PROVENANCE_FILE}")]
+    return sum(record["resumed_at_env_steps"] > 0 for record in records)
+
+
 def compare(whole: Path, killed: Path) -> tuple[int, int]:
     """Hold what killed runs left against what others did.
 
@@ -135,9 +149,9 @@ def compare(whole: Path, killed: Path) -> tuple[int, int]:
     models = sorted(path.relative_to(whole) for path in whole.glob(f"*/seed-*/{MODEL_FILE}"))
     for model in models:
         assert (killed / model).read_bytes() == (whole / model).read_bytes(), f"different: {model}"
-        one, other = (load_from_zip_file(folder / model, load_data=False)[1]["policy"] for folder in (whole, killed))
+        one, other = (weights(folder / model) for folder in (whole, killed))
         assert one.keys() == other.keys(), f"different weights: {model}"
-        assert all(th.equal(weights, other[name]) for name, weights in one.items()), f"different weights: {model}"
+        assert all(th.equal(values, other[name]) for name, values in one.items()), f"different weights: {model}"
     left = [path for pattern in ("part-*", LOCK_FILE, "checkpoint*") for path in killed.rglob(pattern)]
     assert not left, f"left over: {left}"
     return len(expected), len(models)
@@ -175,7 +189,7 @@ def kill(whole: Path, killed: Path, number: int, most_seconds: float) -> Result:
     """
     recipe, said = killed.with_suffix(".yaml"), killed.with_suffix(".said")
     chance, kills, slowest = random.Random(0), Counter[str](), 0.0
-    rounds = files = models = 0
+    rounds = files = models = gone_on = 0
     process = begin(recipe)
     while True:
         if kills.total() == number:
@@ -187,8 +201,9 @@ def kill(whole: Path, killed: Path, number: int, most_seconds: float) -> Result:
             assert process.returncode == 0, said.read_text()
             equal = compare(whole, killed)
             rounds, files, models = rounds + 1, files + equal[0], models + equal[1]
+            gone_on += resumed(killed)
             if kills.total() == number:
-                return Result(kills, rounds, files, models, slowest)
+                return Result(kills, rounds, files, gone_on, models, slowest)
             shutil.rmtree(killed)
             process = begin(recipe)
         elif pids:  # else it is writing its report
@@ -219,8 +234,9 @@ def main(number: int = 20) -> str:
         with tempfile.TemporaryDirectory() as made:
             results.append(torture(name, number, Path(made)))
         print(results[-1].line(name), flush=True)
-    kills, rounds, files, models, slowest = zip(*results, strict=True)
-    return Result(sum(kills, Counter()), sum(rounds), sum(files), sum(models), max(slowest)).line("random kills")
+    kills, rounds, files, gone_on, models, slowest = zip(*results, strict=True)
+    total = Result(sum(kills, Counter()), sum(rounds), sum(files), sum(gone_on), sum(models), max(slowest))
+    return total.line("random kills")
 
 
 if __name__ == "__main__":
