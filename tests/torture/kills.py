@@ -60,8 +60,8 @@ class Result(NamedTuple):
         kinds = ", ".join(f"{self.kills[kind]} {kind}" for kind in KINDS)
         return (
             f"{name}: {self.kills.total()} kills ({kinds}); {self.rounds} times finished, {self.resumed} runs from a "
-            f"checkpoint: {self.raw_files} raw files and {self.models} models equal to the byte; 0 orphans (the slowest "
-            f"worker ended {self.slowest:.2f} s after its parent); 0 part files"
+            f"checkpoint: {self.raw_files} raw files and {self.models} models equal to the byte; 0 orphans (the "
+            f"slowest worker ended {self.slowest:.2f} s after its parent); 0 part files"
         )
 
 
