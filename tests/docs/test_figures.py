@@ -199,7 +199,8 @@ def test_what_each_part_is_worth() -> None:
 
 
 def test_which_trainings_of_the_ablations_collapse() -> None:
-    folder, failed = REPOSITORY / "runs" / "reference" / "ablation", {}
+    folder = REPOSITORY / "runs" / "reference" / "ablation"
+    failed: dict[str, int] = {}
     for path in sorted(folder.glob("*/seed-*/evaluation.csv")):
         if path.parts[-3] != "random" and pd.read_csv(path)["arrived"].mean() < 0.9:
             failed[path.parts[-3]] = failed.get(path.parts[-3], 0) + 1
