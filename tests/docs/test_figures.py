@@ -380,3 +380,23 @@ def test_what_updates_in_bfloat16_change() -> None:
         f"J̄ differs by {effect('effects', 'reward', 3)}, the utility by {effect('effects', 'utility_mbps', 2)} Mbps",
         f"mean success during training by {effect('learning_effects', 'mean_success_percent', 1)} points",
     )
+
+
+def test_what_lies_one_step_beyond_the_edges_of_the_search() -> None:
+    trainings = read_trainings(REPOSITORY / "runs" / "tuning_edges.csv")
+    settings = trainings["settings"].map(json.loads)
+
+    def mean(method: str, **own: float | str) -> str:
+        same = settings.map(lambda one: own.items() <= one.items()) & (trainings["method"] == method)
+        assert same.sum() == 3, own
+        return f"{trainings.loc[same, 'reward'].mean():.3f}"
+
+    says(
+        "docs/results.md",
+        f"a gamma of 0.15 has a J̄ of {mean('mappo', gamma=0.15)} with V(o, x) and of "
+        f"{mean('mappo-state', gamma=0.15, learning_rate='lin_1.6e-2')} with V(x)",
+        f"of lin_3.2e-2 has {mean('mappo-state', gamma=0.3, learning_rate='lin_3.2e-2')} with V(x)",
+        f"IQL has {mean('iql', target_update_interval=25600, exploration_fraction=0.02)} with a target interval of "
+        f"25,600 and {mean('iql', target_update_interval=12800, exploration_fraction=0.005)} with less exploration",
+        f"QMIX {mean('qmix', target_update_interval=12)} with a target interval of 12",
+    )
