@@ -400,3 +400,26 @@ def test_what_lies_one_step_beyond_the_edges_of_the_search() -> None:
         f"25,600 and {mean('iql', target_update_interval=12800, exploration_fraction=0.005)} with less exploration",
         f"QMIX {mean('qmix', target_update_interval=12)} with a target interval of 12",
     )
+
+
+def test_how_much_other_missions_move_differences() -> None:
+    methods = (*LEARNERS, "shortest-path")
+    folder = REPOSITORY / "runs" / "reference" / "paper"
+    rows = {key: pd.concat(map(pd.read_csv, sorted(folder.glob(f"{key}/seed-*/evaluation.csv")))) for key in methods}
+    shown = []
+    for name in ("reward", "utility_mbps"):
+        by_mission = pd.DataFrame({key: own.groupby("episode")[name].mean() for key, own in rows.items()})
+        missions = np.sqrt(len(by_mission))
+        errors = {
+            (one, two): float(np.std(by_mission[one] - by_mission[two], ddof=1) / missions)
+            for one in methods
+            for two in methods
+        }
+        learners = max(error for pair, error in errors.items() if "shortest-path" not in pair)
+        shown.append((learners, max(errors.values())))
+    (reward, reward_straight), (utility, utility_straight) = shown
+    says(
+        "docs/limits.md",
+        f"up to {reward:.3f} in J̄ and {utility:.2f} Mbps in utility between two learners, and of {reward_straight:.3f} "
+        f"and {utility_straight:.2f} Mbps between a learner and straight flight",
+    )
