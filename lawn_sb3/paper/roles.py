@@ -26,6 +26,7 @@ ROLES: dict[str, dict[str, Any]] = {
     "no-nav": {"algo": "mappo", "policy": "centralized_critic", "without_reward": ("nav",)},
     "no-col": {"algo": "mappo", "policy": "centralized_critic", "without_reward": ("col",)},
     "no-term": {"algo": "mappo", "policy": "centralized_critic", "without_reward": ("term",)},
+    "no-entropy": {"algo": "mappo", "policy": "centralized_critic", "ent_coef": 0.0},
     "ippo": {"algo": "mappo", "policy": "local_critic"},
     "blind": {"algo": "mappo", "policy": "congestion_blind"},
     "knows-nothing": {**LADDER, "policy": "knows_nothing"},
@@ -64,4 +65,4 @@ def described(role: str) -> str:
 def _plays(method: Method, role: str) -> bool:
     fields = {name: getattr(method, name) for name in ("player", "algo", "policy", "without_reward")}
     values = {**UNLESS_SET, **method.settings, **fields}
-    return all(values[name] == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())
+    return all(values.get(name) == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())

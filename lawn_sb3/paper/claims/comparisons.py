@@ -10,6 +10,7 @@ from lawn_sb3.paper.claims.rule_parts import (
     difference,
     equivalence,
     flown_scores,
+    held_to,
     in_words,
     join,
     known,
@@ -21,6 +22,8 @@ from lawn_sb3.scenario import PRESETS
 
 SMALL = 0.1
 """A difference below this share of the paper's has the right sign but not the size."""
+PUNCTUAL = 0.9
+"""Least mean T_min/T of UAVs that are said to be efficient in time."""
 RB_MBPS = rate_unit_mbps(PRESETS["paper"]) / float(PRESETS["paper"].num_rbs.max())
 """What an RB gives one voxel from its GBS. RBs are whole, so no entry into a cell that costs at all costs less."""
 
@@ -62,6 +65,35 @@ def better_than(
         "." if notes else ", and does."
     )
     return Finding("partly" if small and verdict == "reproduced" else verdict, "; ".join(figures), why)
+
+
+@claim(
+    place=675,
+    section="V-B",
+    text="CTDE-MAPPO's high J̄ reflects simultaneous achievement of both factors of the payoff.",
+    measure="the factor of time, T_min/T, mean over the UAVs, which has to reach nine tenths; the factor of rate, R̂, "
+    "which has to lie above that of UAVs which fly straight and heed nobody. Their J̄ is told beside",
+)
+def both_factors(evidence: Evidence) -> Finding:
+    """Whether CTDE-MAPPO achieves both factors of the utility, Eq. (9), eq:utility, and not one alone."""
+    symbol, unit, decimals = in_words("rate_mbps")
+    straight = evidence.label("straight")
+    figures, forms = [], []
+    for role in FORMS:
+        least, taken = (evidence.results.scores(evidence.key(role), name, per="uav") for name in ("min_slots", "slots"))
+        time = held_to(evidence, "T_min/T", role, (least / taken).mean(axis=(1, 2)), PUNCTUAL)
+        rate = difference(evidence, "rate_mbps", role, "straight")
+        figures.append(
+            f"{evidence.label(role)}: T_min/T {time.text(3)}, {symbol} {rate.text(decimals)}{unit} against {straight}"
+        )
+        forms.append([time.reaches(), rate.above()])
+    reward = float(evidence.scores("straight", "reward").mean())
+    return Finding(
+        combine(*forms),
+        f"{'; '.join(figures)}, whose J̄ is {reward:.2f}",
+        "T_min/T has to reach nine tenths, and R̂ to lie above what comes by itself: "
+        f"{counted([condition for form in forms for condition in form])}.",
+    )
 
 
 @claim(

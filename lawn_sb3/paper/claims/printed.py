@@ -1,21 +1,33 @@
 """Claims that the paper's own constants, equations and tables decide, without any training."""
 
+import itertools
+from functools import cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from lawn_sb3.game.airspace import action_table
 from lawn_sb3.game.payoff import corrected_rate, ema_rate, slot_weight, utility
-from lawn_sb3.game.radio import rate_unit_mbps, rb_share
-from lawn_sb3.paper.claims.claim import Finding, claim
+from lawn_sb3.game.radio import (
+    link_distances_m,
+    nearest_gbs,
+    rate_unit_mbps,
+    rb_rate_mbps,
+    rb_share,
+)
+from lawn_sb3.paper.claims.claim import Condition, Finding, claim
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.rule_parts import combine, counted, holds_if, join
 from lawn_sb3.paper.printed_values import ROUNDING, TABLE_II
 from lawn_sb3.paper.standard_error import RULED_OUT_Z, standard_error
-from lawn_sb3.scenario import PRESETS
+from lawn_sb3.scenario import PRESETS, Scenario
 
 RATE_MBPS = 30.0
 SWING_MBPS = 10.0
 """Rates of the examples, near those of Table II."""
 EXAMPLE_SLOTS = (1, 10, 100)
+POINTS = 3
+"""Points of a voxel along each axis, in the middle of its thirds."""
 
 
 @claim(
@@ -60,6 +72,58 @@ def one_voxel_a_slot(evidence: Evidence) -> Finding:
 
 
 @claim(
+    place=215,
+    section="II-B",
+    text="Propagation is nearly constant within a voxel, so the channel gain can be evaluated at the voxel centre "
+    "without loss of generality.",
+    measure="rate of a UAV alone at 27 points of every voxel, here and on the grid of Table I: their mean less the "
+    "rate at the centre, and their range. The paper calls two rates comparable that differ by 8 % (CTDE-MAPPO and "
+    "QMIX, V-B), and nearly constant has to be no more than that in every voxel; and the GBS has to be the same",
+)
+def voxel_centres(evidence: Evidence) -> Finding:
+    """Whether the rate at a voxel's centre stands for the voxel, Eq. (2), eq:rate."""
+    first, second = TABLE_II["CTDE-MAPPO"].rate_mbps, TABLE_II["QMIX"].rate_mbps
+    comparable, figures = abs(first - second) / second, []
+    held: list[Condition] = []
+    for game in dict.fromkeys((evidence.results.recipe.game(), PRESETS["as-printed"])):
+        off, ranges, moved = _within_voxels(game)
+        held += [holds_if(off.max() <= comparable), holds_if(ranges.max() <= comparable), holds_if(not moved.any())]
+        figures.append(
+            f"{' x '.join(map(str, game.grid))} voxels: the mean is at most {100.0 * off.max():.1f} % off, the range "
+            f"{100.0 * ranges.mean():.1f} % on average and {100.0 * ranges.max():.0f} % at most, above "
+            f"{100.0 * comparable:.0f} % in {100.0 * (ranges > comparable).mean():.2g} % of the voxels; another GBS is "
+            f"nearer somewhere in {100.0 * moved.mean():.2g} %"
+        )
+    return Finding(combine(held), "; ".join(figures), f"All three have to hold on each grid: {counted(held)}.")
+
+
+@cache
+def _within_voxels(game: Scenario) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """How the rate of a UAV alone varies within each voxel, for all voxels [V].
+
+    :param game: the game
+    :return: by how much its mean over 27 points is off the rate at the centre, and its range, both as shares of that
+        rate; and whether any of the points is served by another GBS than the centre
+    """
+    centres_m = game.voxel_centre(np.moveaxis(np.indices(game.grid), 0, -1).reshape(-1, 3))
+    thirds_m = ((np.arange(POINTS) + 0.5) / POINTS - 0.5) * game.voxel_size_m
+    served = [_served(game, centres_m + offset_m) for offset_m in itertools.product(thirds_m, repeat=3)]
+    rates_mbps, cells = (np.stack(values) for values in zip(*served, strict=True))  # [27, V] each
+    centre = len(served) // 2
+    off = np.abs(rates_mbps.mean(axis=0) / rates_mbps[centre] - 1.0)
+    return off, np.ptp(rates_mbps, axis=0) / rates_mbps[centre], (cells != cells[centre]).any(axis=0)
+
+
+def _served(game: Scenario, position_m: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Rate of a UAV alone in Mbps, and its GBS, at positions in metres [B, 3]."""
+    distances_m = link_distances_m(position_m, game.gbs_positions)
+    serving = nearest_gbs(distances_m)
+    serving_m = np.take_along_axis(distances_m, serving[:, None], 1)[:, 0]
+    single = rb_rate_mbps(serving_m, game.snr_at_1m, game.path_loss_exponent, game.rb_bandwidth_hz)
+    return game.num_rbs[serving] * single, serving
+
+
+@claim(
     place=220,
     section="Table I with Table II",
     text="The voxel grid is 100 x 100 x 30, and CTDE-MAPPO completes missions in 8.7 slots.",
@@ -82,6 +146,31 @@ def table_1_grid(evidence: Evidence) -> Finding:
         "No method can be faster than T_min on average, and the printed time is."
         if impossible
         else "The printed time is possible there; whether a method reaches it, only runs on that grid could tell.",
+    )
+
+
+@claim(
+    place=325,
+    section="III-A",
+    text="The sum rate is an inadequate metric: it grows with the duration of a mission, and does not penalise "
+    "fluctuation.",
+    measure="sum over the slots of a steady rate in longer and longer flights, and of an alternating rate with the "
+    "same mean",
+    owed_to="by construction",
+)
+def sum_rate_inadequate(evidence: Evidence) -> Finding:
+    """Whether the sum of the rates is what the paper says, Section III-A, which holds of every sum."""
+    slots = EXAMPLE_SLOTS[1]
+    by_duration = [RATE_MBPS * flown for flown in EXAMPLE_SLOTS]
+    alternating = sum([RATE_MBPS - SWING_MBPS, RATE_MBPS + SWING_MBPS] * (slots // 2))
+    grows, blind = bool(np.all(np.diff(by_duration) > 0.0)), bool(np.isclose(alternating, RATE_MBPS * slots))
+    shown = [f"{total:g} over {flown}" for flown, total in zip(EXAMPLE_SLOTS, by_duration, strict=True)]
+    return Finding(
+        combine([holds_if(grows), holds_if(blind)]),
+        f"a steady {RATE_MBPS:g} Mbps adds up to {join(shown)} slots; {RATE_MBPS - SWING_MBPS:g} and "
+        f"{RATE_MBPS + SWING_MBPS:g} Mbps by turns to {alternating:g} over {slots}",
+        "The sum has to grow with the flight, and to be the same where the rate fluctuates: both hold. The EMA rate, "
+        "which the paper takes instead, does not penalise fluctuation as such either (ema-consistency).",
     )
 
 
@@ -207,4 +296,25 @@ def continuous_actions(evidence: Evidence) -> Finding:
         "impossible as printed",
         f"A_i has {count} elements",
         "By eq:action_space A_i is a finite set of displacements, and the actor ends in a softmax over it.",
+    )
+
+
+@claim(
+    place=475,
+    section="IV-B with Eqs. (20) and (22)",
+    text="The critic maps the global state to the expected discounted team return.",
+    measure="the value that makes eq:critic_loss least in a state, for returns of the UAVs drawn at random, as a share "
+    "of their mean sum",
+)
+def critic_team_return(evidence: Evidence) -> Finding:
+    """Whether the critic loss, Eq. (22), eq:critic_loss, over each UAV's own return, is least at the team's."""
+    num_uavs, rng = evidence.results.recipe.game().num_uavs, np.random.default_rng(0)
+    returns = rng.normal(rng.uniform(1.0, 5.0, num_uavs), 1.0, (1_000, num_uavs))  # [samples of one state, N]
+    fitted = float(np.linalg.lstsq(np.ones((returns.size, 1)), returns.ravel(), rcond=None)[0][0])
+    share = fitted / float(returns.sum(axis=1).mean())
+    return Finding(
+        combine([holds_if(bool(np.isclose(share * num_uavs, 1.0))), holds_if(bool(np.isclose(share, 1.0)))]),
+        f"N = {num_uavs}: the best V(x) is {share:.3g} of the team's return",
+        "The best V(x) has to be in proportion to the team's return, and to be it: fitted to the UAVs' own returns it "
+        "is their mean, the team's over N. So advantages, Eq. (20), hold what a UAV gets against the mean of all.",
     )

@@ -49,7 +49,7 @@ def test_claims_come_by_their_place_which_follows_the_paper() -> None:
     places = [claim.place for claim in CLAIMS]
     assert places == sorted(places)
     premises = [claim.id for claim in CLAIMS if claim.place < 500]
-    assert premises[:3] == ["share-falls", "one-voxel-a-slot", "table-1-grid"]
+    assert premises[:4] == ["share-falls", "one-voxel-a-slot", "voxel-centres", "table-1-grid"]
     assert (CLAIMS[len(premises)].id, CLAIMS[-1].id) == ("aggregate-utility", "cdf-awareness")
 
 

@@ -5,6 +5,7 @@ import pytest
 from lawn_sb3.paper.claims import Finding
 from lawn_sb3.paper.claims.comparisons import (
     better_than,
+    both_factors,
     loads_suffice,
     mixer_limits,
     rate_comparable,
@@ -12,7 +13,7 @@ from lawn_sb3.paper.claims.comparisons import (
 )
 from lawn_sb3.paper.claims.evidence import CannotTellError
 from lawn_sb3.paper.claims.rule_parts import join
-from lawn_sb3.paper.roles import FORMS
+from lawn_sb3.paper.roles import FORMS, cast
 from tests.handmade import evidence, flown_by_seed, measured, method_of, recipe_of_parts
 
 
@@ -185,3 +186,34 @@ def test_a_mixer_limits_if_qmix_is_behind_and_a_simpler_mixer_further(
 
 def test_lists_are_written_as_in_a_sentence() -> None:
     assert [join(list("abc")[:count]) for count in (1, 2, 3)] == ["a", "a and b", "a, b and c"]
+
+
+def punctual(rates_mbps: list[float], slots: list[int]) -> Finding:
+    """Both forms of CTDE-MAPPO with these rates and flight times on missions of nine slots, beside straight flight."""
+    flights = {
+        role: flown_by_seed(role, rate_mbps=[rates_mbps] * 2, slots=[slots] * 2, min_slots=[[9] * 2] * 2)
+        for role in FORMS
+    }
+    straight = flown_by_seed("straight", rate_mbps=[[30.0, 32.0]] * 2, reward=[[3.0, 4.0]] * 2)
+    return both_factors(evidence(*flights.values(), straight, recipe=recipe_of_parts(episodes=2)))
+
+
+@pytest.mark.parametrize(
+    ("rates_mbps", "slots", "verdict"),
+    [
+        ([40.0, 42.0], [9, 9], "reproduced"),  # in time, and 10 Mbps more than straight flight in both missions
+        ([30.0, 32.0], [9, 9], "partly"),  # in time, with the rate that comes by itself
+        ([40.0, 42.0], [90, 90], "partly"),  # the rate alone: T_min/T is a tenth
+        ([20.0, 22.0], [90, 90], "contradicted"),
+    ],
+)
+def test_both_factors_have_to_be_achieved(rates_mbps: list[float], slots: list[int], verdict: str) -> None:
+    finding = punctual(rates_mbps, slots)
+    assert finding.verdict == verdict
+    assert finding.figure.endswith(", whose J̄ is 3.50")
+
+
+def test_no_entropy_bonus_is_told_from_the_default() -> None:
+    methods = {"base": method_of("mappo-o", settings={"ent_coef": "lin_0.02"}), "without": method_of("no-entropy")}
+    found = evidence(recipe=recipe_of_parts(methods)).results.recipe.methods
+    assert cast(found) | {"mappo-o": "base", "no-entropy": "without"} == cast(found)

@@ -112,8 +112,8 @@ def test_without_any_run_only_what_the_paper_prints_is_judged() -> None:
     judged = judge_all(load_claims(), evidence())
     told = {claim.id for claim, finding in judged if finding.verdict != "not testable"}
     assert told == {
-        "share-falls", "one-voxel-a-slot", "ema-consistency", "payoff-decomposition", "rate-term-duration",
-        "continuous-actions",
+        "share-falls", "one-voxel-a-slot", "voxel-centres", "sum-rate-inadequate", "ema-consistency",
+        "payoff-decomposition", "rate-term-duration", "continuous-actions", "critic-team-return",
     }  # fmt: skip
 
 

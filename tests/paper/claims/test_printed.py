@@ -8,13 +8,16 @@ import pytest
 from lawn_sb3.paper.claims.evidence import CannotTellError, Evidence
 from lawn_sb3.paper.claims.printed import (
     continuous_actions,
+    critic_team_return,
     ema_consistency,
     one_voxel_a_slot,
     payoff_decomposition,
     rate_term_duration,
     share_falls,
+    sum_rate_inadequate,
     table_1_grid,
     table_1_reward_unit,
+    voxel_centres,
 )
 from tests.handmade import evidence, flown, recipe_of_parts
 
@@ -52,6 +55,45 @@ def test_moves_of_three_steps_leave_the_voxel_behind() -> None:
 def test_the_action_space_is_finite() -> None:
     finding = continuous_actions(game())
     assert (finding.verdict, finding.figure) == ("impossible as printed", "A_i has 63 elements")
+
+
+def test_near_a_gbs_a_voxel_is_not_of_one_rate() -> None:
+    # Scenario paper, voxel 5 m above a GBS: of the 27 points one is 5 - 10/3 = 1.67 m above it, and the farthest stand
+    # 8.33 m above and 3.33 m aside in x and y, 9.58 m away. 20 lg(9.58 / 1.67) = 15.2 dB of the centre's 97.5 dB.
+    finding = voxel_centres(game())
+    assert finding.verdict == "partly"
+    assert finding.figure.startswith("10 x 10 x 3 voxels: the mean is at most ")
+    assert ", the range " in finding.figure
+    assert " % on average and 16 % at most, above 8 % in " in finding.figure
+    assert finding.why.endswith("4 of 6 do.")
+
+
+def test_far_from_every_gbs_a_voxel_is_of_one_rate() -> None:
+    # 1 km aside, a voxel of 10 m is some 1 % of the way to the GBS, and there is no other GBS.
+    far = game("gbs_positions_m=[[5000, 50, 0]]", "rbs_per_gbs=10")
+    assert voxel_centres(far).why.endswith("5 of 6 do.")  # the printed grid's range is what does not
+
+
+def test_another_gbs_may_be_nearer_within_a_voxel() -> None:
+    # The middle of GBSs at x = 0 and 52 is x = 26: of the voxels from 20 to 30, a tenth, the last third lies beyond.
+    split = game("gbs_positions_m=[[0, 50, 0], [52, 50, 0]]", "rbs_per_gbs=10")
+    assert "another GBS is nearer somewhere in 10 %; 100 x" in voxel_centres(split).figure
+
+
+def test_a_sum_of_rates_grows_with_the_flight_and_does_not_see_fluctuation() -> None:
+    finding = sum_rate_inadequate(game())
+    assert finding.verdict == "reproduced"  # made "by construction" where all claims are judged
+    assert finding.figure == (
+        "a steady 30 Mbps adds up to 30 over 1, 300 over 10 and 3000 over 100 slots; 20 and 40 Mbps by turns to 300 "
+        "over 10"
+    )
+
+
+@pytest.mark.parametrize(("num_uavs", "share", "verdict"), [(1, "1", "reproduced"), (4, "0.25", "partly")])
+def test_the_critic_that_fits_best_has_a_share_of_the_teams_return(num_uavs: int, share: str, verdict: str) -> None:
+    finding = critic_team_return(game(f"num_uavs={num_uavs}"))
+    assert finding.verdict == verdict
+    assert finding.figure == f"N = {num_uavs}: the best V(x) is {share} of the team's return"
 
 
 def test_fluctuation_as_such_costs_nothing() -> None:
