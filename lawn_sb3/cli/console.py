@@ -86,7 +86,7 @@ def print_figures(
         print(json.dumps(figures | ({"standard_errors": dict(errors)} if errors else {})))
         return
     table = Table(title=title)
-    for heading in ("figure", "value", *(["95 % of episodes"] if errors else []), "unit"):
+    for heading in ("figure", "value", *(["95 % interval"] if errors else []), "unit"):
         table.add_column(heading, justify="left" if heading in ("figure", "unit") else "right")
     for key, value in figures.items():
         name, unit = next(

@@ -101,7 +101,9 @@ def scenario_command(
     for key, field in Scenario.model_fields.items():
         extra = field.json_schema_extra
         if isinstance(extra, dict):
-            cells = key, str(extra["symbol"]), str(getattr(chosen, key)), str(extra["unit"]), chosen.source(key)
+            unused = key == "gbs_grid" and chosen.gbs_positions_m is not None
+            value = "not used: gbs_positions_m" if unused else str(getattr(chosen, key))
+            cells = key, str(extra["symbol"]), value, str(extra["unit"]), "–" if unused else chosen.source(key)
             table.add_row(*cells, *([field.description] if wide else []))
     console.print(table)
     if not wide:

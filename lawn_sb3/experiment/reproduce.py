@@ -110,17 +110,26 @@ def _follow(
         bars.update(total, completed=sum(done_steps.values()))
         if not console.is_terminal and bars.get_time() - last_line > QUIET_SECONDS:
             last_line = bars.get_time()
-            console.print(_line(bars, total, runs_done, len(todo)))
+            console.print(progress_line(bars, total, runs_done, len(todo)))
     return failures
 
 
-def _line(bars: Progress, total: Any, runs_done: int, runs: int) -> str:
+def progress_line(bars: Progress, total: Any, runs_done: int, runs: int) -> str:
+    """How far all runs have come, where no bar can be drawn.
+
+    :param bars: the bars
+    :param total: the one of all runs, by its id
+    :param runs_done: runs that have ended
+    :param runs: how many there are
+    :return: one line
+    """
     task = next(task for task in bars.tasks if task.id == total)
-    left = (
-        f"about {task.time_remaining / 60:.0f} min left"
-        if task.time_remaining is not None
-        else "time left not known yet"
-    )
+    if task.finished:
+        left = "all trained, what is left is flying"
+    elif task.time_remaining is None:
+        left = "time left not known yet"
+    else:
+        left = f"about {task.time_remaining / 60:.0f} min left"
     return f"{runs_done} of {runs} runs, {task.completed:,.0f} of {task.total or 0:,.0f} env steps, {left}"
 
 

@@ -103,11 +103,11 @@ def for_machines(report: Report) -> dict[str, Any]:
 def page(report: Report) -> str:
     """The report as Markdown."""
     recipe = report.recipe
-    seeds = ", ".join(map(str, recipe.seeds))
+    seeds = f"seed{'s' if len(recipe.seeds) > 1 else ''} {', '.join(map(str, recipe.seeds))}"
     blocks = [
         f"# {report.title}",
-        f"Scenario `{recipe.game().title}`, seeds {seeds}, {recipe.evaluation.episodes} test episodes a seed. "
-        f"All tables and figures here are made by `{report.command}`; each table is also there as CSV and LaTeX, each "
+        f"Scenario `{recipe.game().title}`, {seeds}, {recipe.evaluation.episodes} test episodes a seed. All "
+        f"tables and figures here are made by `{report.command}`; each table is also there as CSV and LaTeX, each "
         "figure as PDF, and everything in `report.json`.",
         *report.summary,
     ]

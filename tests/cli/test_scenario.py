@@ -19,6 +19,15 @@ def test_a_shown_scenario_fits_the_window_and_says_where_each_value_is_from(colu
     assert ("deadline" in shown) == explained
 
 
+def test_no_grid_of_gbss_is_shown_where_their_positions_are_given(tmp_path: Path) -> None:
+    mine = tmp_path / "mine.yaml"
+    mine.write_text("gbs_positions_m: [[25, 25, 0], [75, 75, 0]]\n")
+    shown = CliRunner().invoke(app, ["scenario", str(mine)], env={"COLUMNS": "160"}).stdout
+    (row,) = (line for line in shown.splitlines() if "gbs_grid" in line)
+    assert "not used: gbs_positions_m" in row
+    assert "2, 2" not in row
+
+
 def test_a_scenario_is_drawn_where_asked(tmp_path: Path) -> None:
     for ending in (".png", ".pdf", ".svg"):
         file = tmp_path / f"mine{ending}"

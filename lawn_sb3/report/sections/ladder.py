@@ -157,9 +157,10 @@ def _caption(results: Results) -> str:
     return (
         "Mean utility by what a UAV knows when it acts, and the bits that each UAV has to broadcast in every slot so "
         "that all know it. Learners and planners side by side; lines: players that know nothing, that see the loads, "
-        "or that plan jointly, and what the UAVs would earn if each had the network for itself. Bars: 95 % bootstrap "
-        f"interval over seeds, {results.extent(results.episodes)}. Learners differ in budget "
-        f"({', '.join(f'{count:,}' for count in steps)} env steps) and in slack, as the table says."
+        "or that plan jointly, and what the UAVs would earn if each had the network for itself. Bars, where they "
+        f"are longer than the markers: 95 % bootstrap interval over seeds, {results.extent(results.episodes)}. "
+        f"Learners differ in budget ({', '.join(f'{count:,}' for count in steps)} env steps) and in slack, as the "
+        "table says."
     )
 
 

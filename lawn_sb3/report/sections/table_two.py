@@ -110,11 +110,14 @@ def _beside_straight_flight(results: Results) -> tuple[str, ...]:
         sum(one.p_value <= level and sign * one.interval.value > 0.0 for one in found.values()) for sign in (-1.0, 1.0)
     )
     best = max(learners, key=lambda key: found[key].interval.value)
+    by = f"{results.methods[best].label}, differs by {found[best].interval.text(QUANTITIES['reward'].fine_decimals)}"
+    if len(learners) == 1:
+        told = "has measurably less" if less else "has measurably more" if more else "cannot be told from them in"
+        return (f"Beside UAVs that fly straight, the learner {told} J̄ (t test over seeds and missions); it, {by}.",)
     return (
         f"Beside UAVs that fly straight, {'all' if less == len(learners) else less or 'none'} of the {len(learners)} "
         f"learners {'has' if less == 1 else 'have'} measurably less J̄ and {more or 'none'} more (t tests over "
-        f"seeds and missions, Holm's correction over the {len(learners)}); the best, {results.methods[best].label}, "
-        f"differs by {found[best].interval.text(QUANTITIES['reward'].fine_decimals)}.",
+        f"seeds and missions, Holm's correction over the {len(learners)}); the best, {by}.",
     )
 
 

@@ -61,6 +61,12 @@ def test_learners_are_held_against_straight_flight_in_a_sentence() -> None:
     assert sentence.startswith("Beside UAVs that fly straight, 1 of the 2 learners has measurably less J̄ and 1 more")
     assert "the best, Mine, differs by 1.000 [" in sentence
     assert section(results_of(recipe, *rows[2:])).summary == ()
+    alone = recipe.model_copy(update={"methods": {key: recipe.methods[key] for key in ("straight", "mappo")}})
+    (sentence,) = section(results_of(alone, *rows[:4])).summary
+    assert sentence.startswith(
+        "Beside UAVs that fly straight, the learner has measurably more J̄ (t test over seeds and "
+    )
+    assert "missions); it, Mine, differs by 1.000 [" in sentence
 
 
 def test_shares_of_the_attainable_welfare_are_shown_beside_a_bound_only() -> None:
