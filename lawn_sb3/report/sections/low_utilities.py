@@ -34,7 +34,7 @@ COLUMNS = {
 """Column of the table of fairness: its heading and decimals."""
 PANELS = {"jain": "Jain index of an episode's utilities", "worst_mbps": "utility of the worst UAV (Mbps)"}
 """Column of that table: what an axis calls it."""
-CLOSER = " without planners that see the others"
+CLOSER = " closer"
 WEIGHTS = np.linspace(0.0, 1.0, 41)
 """Weights of the worst UAV's utility against the mean, from welfare alone to the worst UAV alone."""
 FRONTIER = "Picked from all flights"
@@ -129,7 +129,7 @@ def frontier(results: Results) -> NDArray[np.float64]:
 
 
 def _tradeoff(results: Results, numbers: pd.DataFrame) -> Picture:
-    """Fairness against mean utility, and once more without planners that see the others, which lie far apart."""
+    """Fairness against mean utility, and once more without the planners but straight flight, which lie far apart."""
     use_house_style()
     near = numbers["utility_mbps"] >= FAR_OFF * numbers["utility_mbps"].max()
     drawn, off = numbers[near], numbers[~near]
@@ -146,7 +146,7 @@ def _tradeoff(results: Results, numbers: pd.DataFrame) -> Picture:
     handles = [*axes[0, 0].get_legend_handles_labels()[0], line]
     line.set_label(FRONTIER)
     legend_below(figure, handles, 2.4)
-    again = " (c, d): the same without planners that see the others." if len(rows) > 1 else ""
+    again = " (c, d): the same closer, without all planners but straight flight." if len(rows) > 1 else ""
     return Picture(figure, f"{TRADEOFF}{again}{_far_off(off)}")
 
 
