@@ -2,7 +2,7 @@
 
 import operator
 import warnings
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, NoReturn, TypeVar, get_args
 
 import numpy as np
 from gymnasium import spaces
@@ -13,6 +13,7 @@ from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.envs.observation import Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture, draw_text
 from lawn_sb3.envs.training_env import Timeout, check_timeout
+from lawn_sb3.envs.window import Window
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
 from lawn_sb3.game.radio import rb_share
@@ -22,6 +23,24 @@ from lawn_sb3.scenario import PRESETS, Scenario
 
 Observations = dict[str, NDArray[np.float32]]
 Infos = dict[str, dict[str, Any]]
+RenderMode = Literal["human", "ansi", "rgb_array", "rgb_array_list"]
+V = TypeVar("V")
+
+
+class HasLeftError(UserError, KeyError):
+    """A UAV was asked for that did not fly."""
+
+    __str__ = Exception.__str__  # a KeyError shows its text in quotes
+
+
+class Flew(dict[str, V]):
+    """What a slot gave, by the UAVs that flew in it; tells who asks for another how to keep all of them."""
+
+    def __missing__(self, uav: str) -> NoReturn:
+        raise HasLeftError(
+            f"{uav!r} did not fly in this slot: a UAV that is done leaves `agents`; LawnEnv(leaving=False) keeps all "
+            "until the game is over"
+        )
 
 
 class LawnEnv(ParallelEnv):  # type: ignore[misc]
@@ -35,7 +54,9 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     :param scenario: the constants of the game; the preset ``paper`` by default
     :param timeout: whether missing the deadline terminates a UAV, as Eq. (18), eq:terminal, has it, or truncates it
-    :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, or none
+    :param render_mode: ``ansi`` for text, ``rgb_array`` for a picture, ``rgb_array_list`` for a list of those of every
+        slot since the last ``render()`` or ``reset()``, ``human`` for a window that follows the game by itself (text
+        where there is no window), or none
     :param leaving: whether a UAV that is done leaves ``agents``, as PettingZoo has it. Otherwise all stay until the
         game is over and end together; who is done gets rewards of 0, its actions do nothing, and its mask allows only
         to hover. The game is the same either way
@@ -44,7 +65,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "lawn_v0",
-        "render_modes": ["ansi", "rgb_array"],
+        "render_modes": list(get_args(RenderMode)),
+        "render_fps": 4,
         "is_parallelizable": True,
     }
 
@@ -52,13 +74,16 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self,
         scenario: Scenario = PRESETS["paper"],
         timeout: Timeout = "terminal",
-        render_mode: Literal["ansi", "rgb_array"] | None = None,
+        render_mode: RenderMode | None = None,
         leaving: bool = True,
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
         if not isinstance(scenario, Scenario):
-            raise UserError(f"scenario {scenario!r} is no Scenario; load_scenario(NAME) makes one")
+            raise UserError(
+                f"scenario {scenario!r} is no Scenario; load_scenario(NAME) makes one, and lawn_v0.parallel_env(NAME) "
+                "takes a name"
+            )
         self.scenario = scenario
         self.timeout = check_timeout(timeout)
         self.render_mode = render_mode
@@ -76,9 +101,16 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self._trail: list[NDArray[np.int64]] = []
         self._late = np.zeros(scenario.num_uavs, dtype=bool)
         self._started = False
+        self._warned = False
+        self._frames: list[NDArray[np.uint8]] = []
+        self._window = Window(self.metadata["render_fps"])
         self.state_space = space_of(self.layout.state_dim)
         self.observation_spaces = {agent: space_of(self.layout.local_dim) for agent in self.possible_agents}
         self.action_spaces = {agent: spaces.Discrete(len(self.action_table)) for agent in self.possible_agents}
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy is made of: all but the window, of which it opens one of its own."""
+        return vars(self) | {"_window": Window(self.metadata["render_fps"])}
 
     def observation_space(self, agent: str) -> spaces.Box:
         """Space of o_i, the same for all UAVs."""
@@ -109,6 +141,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         self._trail = []
         self._late = np.zeros(len(self.agents), dtype=bool)
         self._started = True
+        self._frames = []
+        self._show()
         return self._observe(self.agents), self._first_infos()
 
     def step(
@@ -118,7 +152,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
         :param actions: one action per UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
-        :raises UserError: if an action is missing or not allowed, or no game was started
+        :raises UserError: if an action is missing or does not exist, or no game was started
         """
         if not self._started:
             raise UserError("no game was started: reset() starts one")
@@ -133,6 +167,10 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
                 joint[0, index[agent]] = operator.index(actions[agent])
             except TypeError:
                 raise UserError(f"action of {agent} = {actions[agent]!r}: a whole number") from None
+            if not 0 <= joint[0, index[agent]] < len(self.action_table):
+                raise UserError(f"action of {agent} = {actions[agent]!r}: from 0 to {len(self.action_table) - 1}")
+        if not (self.leaving or self._warned):
+            self._warn_of_masked(joint[0])
         self._trail.append(self.simulator.state.position[0].copy())
         outcome = self.simulator.step(joint)
         self._late |= outcome.timed_out[0]
@@ -145,12 +183,13 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         terminations = {agent: bool(done[i] and not truncated[i]) for agent, i in index.items()}
         truncations = {agent: bool(truncated[i]) for agent, i in index.items()}
         self.agents = [agent for agent in flew if not done[index[agent]]]
+        self._show()
         return (
-            self._observe(flew),
-            rewards,
-            {agent: terminations[agent] for agent in flew},
-            {agent: truncations[agent] for agent in flew},
-            self._infos(flew, outcome),
+            Flew(self._observe(flew)),
+            Flew(rewards),
+            Flew((agent, terminations[agent]) for agent in flew),
+            Flew((agent, truncations[agent]) for agent in flew),
+            Flew(self._infos(flew, outcome)),
         )
 
     def state(self) -> NDArray[np.float32]:
@@ -158,19 +197,47 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         x: NDArray[np.float32] = self.observer.state(self.simulator.state)[0]
         return x
 
-    def render(self) -> str | NDArray[np.uint8] | None:
+    def render(self) -> str | NDArray[np.uint8] | list[NDArray[np.uint8]] | None:
         """Draw the game from above.
 
-        :return: text for ``ansi``, a picture [height, width, 3] for ``rgb_array``, nothing without a render mode
+        :return: text for ``ansi``, a picture [480, 480, 3] for ``rgb_array``, those since the last call or reset for
+            ``rgb_array_list``; nothing for ``human``, which shows each slot by itself, and without a render mode
         """
         if self.render_mode == "ansi":
             return draw_text(self.scenario, self.simulator.state)
         if self.render_mode == "rgb_array":
-            return draw_picture(self.scenario, self.simulator.state, trail=self._trail)
+            return self._picture()
+        if self.render_mode == "rgb_array_list":
+            frames, self._frames = self._frames, []
+            return frames
         return None
 
     def close(self) -> None:
-        """Nothing to free."""
+        """Close the window of ``human``."""
+        self._window.close()
+
+    def _picture(self) -> NDArray[np.uint8]:
+        return draw_picture(self.scenario, self.simulator.state, trail=self._trail)
+
+    def _show(self) -> None:
+        """Show or keep a picture of the slot, in the modes that do so by themselves."""
+        if self.render_mode == "human":
+            self._window.show(self._picture, lambda: draw_text(self.scenario, self.simulator.state))
+        elif self.render_mode == "rgb_array_list":
+            self._frames.append(self._picture())
+
+    def _warn_of_masked(self, joint: NDArray[np.int64]) -> None:
+        """Say once that the actions of UAVs that are done do nothing, of which only hovering is in their masks."""
+        masked = np.flatnonzero(~self.simulator.state.flying[0] & (np.take(self._masks[False], joint) == 0))
+        if not len(masked):
+            return
+        i = masked[0]
+        warnings.warn(
+            f"{self.possible_agents[i]} is done, so its action {joint[i]} does nothing: the action_mask in its info "
+            f"allows only {int(self._masks[False].argmax())}, to hover (said once)",
+            stacklevel=3,
+        )
+        self._warned = True
 
     def _observe(self, agents: list[str]) -> Observations:
         local = self.observer.local(self.simulator.state)[0]

@@ -17,6 +17,9 @@ from lawn_sb3.scenario import Scenario
 
 UAV_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#F0E442", "#000000")
 """Okabe and Ito's colours, which colour-blind readers can tell apart; they repeat after eight UAVs."""
+SIZE_INCHES = (4.8, 4.8)
+DPI = 100
+"""Of a picture: 480 pixels wide and high."""
 DARKEST = 1 / 3
 """How far towards black a cell is that serves all UAVs."""
 ASIDE_VOXELS = 0.16
@@ -64,7 +67,7 @@ def draw_picture(
     :param trail: where its UAVs were after each slot so far, in voxels, each [N, 3]; none by default
     :return: [480, 480, 3]
     """
-    figure = Figure(figsize=(4.8, 4.8), dpi=100, layout="constrained")
+    figure = Figure(figsize=SIZE_INCHES, dpi=DPI, layout="constrained")
     canvas = FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     width_m, length_m = scenario.grid[0] * scenario.voxel_size_m, scenario.grid[1] * scenario.voxel_size_m

@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+import warnings
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,39 @@ def test_who_is_done_can_only_hover_and_ends_with_the_others() -> None:
         assert env.agents == ([] if over else env.possible_agents)
 
 
+def test_a_trainer_that_wants_nobody_to_leave_is_told_how() -> None:
+    env = LawnEnv(load_scenario("tiny"))
+    env.reset(options={"missions": ([[0, 0, 0], [3, 3, 0]], [[1, 0, 0], [0, 3, 0]])})
+    east = next(k for k, move in enumerate(env.action_table) if tuple(move) == (1, 0, 0))
+    env.step({"uav_0": east, "uav_1": HOVER})
+    for part in env.step({"uav_1": HOVER}):
+        assert list(part) == ["uav_1"]
+        assert part.get("uav_0") is None
+        with pytest.raises(UserError, match=r"^'uav_0' did not fly .* LawnEnv\(leaving=False\) keeps all"):
+            part["uav_0"]
+        with pytest.raises(KeyError):  # what a dictionary raises
+            part["uav_0"]
+        assert _pickled(part).keys() == part.keys()
+
+
+def test_an_action_outside_the_mask_is_told_of_once_and_does_nothing() -> None:
+    missions = [[0, 0, 0], [3, 3, 0]], [[1, 0, 0], [0, 3, 0]]
+    masked, hovering = (LawnEnv(load_scenario("tiny"), leaving=False) for _ in range(2))
+    east = next(k for k, move in enumerate(masked.action_table) if tuple(move) == (1, 0, 0))
+    for env in (masked, hovering):
+        env.reset(options={"missions": missions})
+        env.step({"uav_0": east, "uav_1": HOVER})
+    with pytest.warns(UserWarning, match=f"uav_0 is done, so its action {east} does nothing: .* allows only 0") as told:
+        masked.step({"uav_0": east, "uav_1": HOVER})
+    assert told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        masked.step({"uav_0": east, "uav_1": HOVER})
+        for _ in range(2):
+            hovering.step({"uav_0": HOVER, "uav_1": HOVER})
+    np.testing.assert_array_equal(masked.state(), hovering.state())
+
+
 @pytest.mark.parametrize("leaving", [True, False])
 def test_the_interfaces_of_pettingzoo_hold(leaving: bool) -> None:
     parallel_api_test(lawn_v0.parallel_env("tiny", leaving=leaving), num_cycles=200)
@@ -110,3 +144,22 @@ def test_a_copy_of_many_games_goes_on_too(copied: Any) -> None:
         ours, theirs = games.step(actions), other.step(actions)
         for left, right in zip(ours[:3], theirs[:3], strict=True):
             np.testing.assert_array_equal(left, right)
+
+
+@pytest.mark.parametrize("copied", COPIES)
+def test_a_copy_of_a_game_in_turns_goes_on_too(copied: Any) -> None:
+    env = lawn_v0.env("tiny", changes=("max_slots=20",))
+    env.reset(seed=3)
+    env.step(HOVER)  # in the middle of a slot
+    other = copied(env)
+    for turn in range(60):
+        assert env.agent_selection == other.agent_selection
+        ours, theirs = env.last(), other.last()
+        np.testing.assert_array_equal(ours[0], theirs[0])
+        assert ours[1:4] == theirs[1:4]
+        for one in (env, other):
+            one.step(None if ours[2] or ours[3] else 7 * turn % 27)
+        if not env.agents:
+            break
+    assert not env.agents
+    assert not other.agents

@@ -213,7 +213,7 @@ def test_a_missing_action_is_refused_by_name_and_plays_nothing() -> None:
 @pytest.mark.parametrize("index", [-1, 7])
 def test_an_action_that_does_not_exist_is_refused(index: int) -> None:
     env = corridor_env()
-    with pytest.raises(UserError, match="from 0 to 6"):
+    with pytest.raises(UserError, match=f"action of uav_0 = {index}: from 0 to 6"):
         env.step({"uav_0": index, "uav_1": 0})
 
 
@@ -275,8 +275,6 @@ def test_picture_shows_borders_of_cells_their_loads_and_where_uavs_came_from() -
 
 def test_nothing_is_drawn_unless_asked_for() -> None:
     assert corridor_env().render() is None
-    with pytest.raises(UserError, match=r"'human'.*ansi, rgb_array"):
-        LawnEnv(CORRIDOR, render_mode="human")  # type: ignore[arg-type]
 
 
 def test_nobody_flies_before_a_reset_or_after_the_end() -> None:
@@ -291,7 +289,7 @@ def test_nobody_flies_before_a_reset_or_after_the_end() -> None:
 
 @pytest.mark.parametrize("scenario", ["paper", {"num_uavs": 2}, None])
 def test_what_is_no_scenario_is_refused_with_how_to_make_one(scenario: Any) -> None:
-    with pytest.raises(UserError, match=r"is no Scenario; load_scenario\(NAME\) makes one"):
+    with pytest.raises(UserError, match=r"is no Scenario; load_scenario\(NAME\) .* lawn_v0.parallel_env\(NAME\)"):
         LawnEnv(scenario)
 
 
