@@ -320,6 +320,17 @@ def test_at_the_defaults_no_row_of_the_paper_comes_out() -> None:
     assert curves["iql"]["greedy/rate_mbps"].max() < 44.46 - 2.0
 
 
+def test_iql_at_its_defaults_collapses_alone_too() -> None:
+    runs = [REPOSITORY / "runs" / "reference" / "alone" / "iql" / f"seed-{seed}" for seed in range(3)]
+    best = [pd.read_csv(run / "progress.csv")["greedy/success_percent"].max() for run in runs]
+    says("docs/results.md", f"comes to {best[0]:.0f}, {best[1]:.0f} and {best[2]:.0f} % on the way, in three seeds")
+    assert not any(pd.read_csv(run / "evaluation.csv")["arrived"].any() for run in runs)
+    settings = [
+        load_recipe(REPOSITORY / "runs" / f"{name}.yaml").methods["iql"].settings for name in ("alone", "defaults")
+    ]
+    assert settings[0] == settings[1]
+
+
 def test_in_the_other_games_learners_hardly_have_more_than_straight_flight() -> None:
     rows = pd.read_csv(reference("readings/ranking_utility_mbps.csv")).pivot(
         index="game", columns="method", values="value"
