@@ -341,6 +341,21 @@ def test_in_the_other_games_learners_hardly_have_more_than_straight_flight() -> 
     says("docs/sensitivity.md", f"at most {lead.max():.1f} Mbps more utility", f"and up to {-lead.min():.1f} less")
 
 
+def test_who_leads_where_constants_are_halved_and_doubled() -> None:
+    rows = pd.read_csv(reference("sensitivity/ranking_utility_mbps.csv")).pivot(
+        index="game", columns="method", values="value"
+    )
+    learners = rows[["iql", "qmix", "mappo-state"]]
+    lead, over_last = rows["mappo"] - learners.max(axis=1), rows["mappo"] - rows["qmix"]
+    assert (learners.idxmin(axis=1) == "qmix").all()
+    says(
+        "docs/sensitivity.md",
+        f"in all {len(rows)} games, by {lead.min():.1f} to {lead.max():.1f} Mbps, and {over_last.min():.1f} to "
+        f"{over_last.max():.1f} more than QMIX",
+        f"beside straight flight it has {(rows['mappo'] - rows['shortest-path']).max():.1f} more at most",
+    )
+
+
 def test_the_readings_that_learners_are_trained_in_are_allowed() -> None:
     kept_games = json.loads((REPOSITORY / "runs" / "reference" / "identify" / "identify.json").read_text("utf-8"))
     allowed = consistent(Identification.from_json(kept_games).games)
