@@ -10,7 +10,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from seaborn.algorithms import bootstrap
 
-from lawn_sb3.report.sections.trajectories import UAV_COLOURS
+from lawn_sb3.report.space import UAV_COLOURS
 from lawn_sb3.report.style import (
     COLOURS,
     KNOWN,

@@ -1,6 +1,6 @@
 """One test episode as every method flies it, drawn from above and in space."""
 
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -9,24 +9,28 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
-from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from lawn_sb3.experiment.evaluation import evaluation_missions
 from lawn_sb3.game.radio import cell_borders
 from lawn_sb3.report.section import Picture, Section
+from lawn_sb3.report.space import (
+    BORDER_COLOUR,
+    OFFSET_VOXELS,
+    SITE_COLOUR,
+    UAV_COLOURS,
+    UAV_LINES,
+    draw_space,
+    offsets,
+    uav_look,
+)
 from lawn_sb3.report.style import colours, grid_shape, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
 from lawn_sb3.scenario import Scenario
 
 Floats = NDArray[np.float64]
 
-UAV_COLOURS = ("#1B1BFF", "#661100", "#A81FA0", "#94A000", "#E7298A")
-"""Colour-blind readers can tell the first four apart by lightness and hue, and none is a method's colour."""
-UAV_LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
-"""Beyond five UAVs the colours repeat with another line; beyond fifteen both do."""
-SITE_COLOUR, BORDER_COLOUR = "0.55", "0.45"
 APART_MBPS = 0.5
 """Methods whose mean utilities are nearer have no order that an episode could contradict."""
 TURNED = 0.1
@@ -35,10 +39,6 @@ FIRST_SLOTS = 20
 """Longer paths are drawn up to here: a random walk would hide itself."""
 MOST_GRID_LINES = 31
 """A finer voxel grid would be a grey sheet."""
-OFFSET_VOXELS = 0.16
-"""How far paths are drawn from the voxel centres, so that those in the same voxels stay apart."""
-FLATTEST = 0.5
-"""In space, an airspace flatter than this is drawn stretched to it: height over the longer side."""
 
 
 def section(results: Results) -> Section | None:
@@ -115,20 +115,6 @@ def mean_utilities(results: Results) -> pd.Series:
     return results.episodes.groupby("method")["utility_mbps"].mean()
 
 
-def offsets(scenario: Scenario) -> Floats:
-    """How far the path of each UAV is moved aside, in metres along x and y [N, 2].
-
-    These are points of a small circle, no two of them in line with a side of the area.
-    """
-    angle = 2.0 * np.pi * np.arange(scenario.num_uavs) / scenario.num_uavs + 0.3
-    return OFFSET_VOXELS * scenario.voxel_size_m * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def uav_look(uav: int) -> tuple[str, Literal["-", "--", ":"]]:
-    """Colour and line of a UAV's path."""
-    return UAV_COLOURS[uav % len(UAV_COLOURS)], UAV_LINES[uav // len(UAV_COLOURS) % len(UAV_LINES)]
-
-
 def dot_sizes(scenario: Scenario, altitude_m: Floats) -> Floats:
     """Areas of the dots that mark slots, in square points: the higher, the larger."""
     span = scenario.max_altitude_m - scenario.min_altitude_m
@@ -195,30 +181,12 @@ def _in_space(results: Results, episode: Episode) -> Figure:
     figure = Figure(figsize=(0.6 + 2.6 * columns, 0.2 + 2.5 * rows), layout=layout)
     for k, flight in enumerate(episode.flights):
         ax = figure.add_subplot(rows, columns, k + 1, projection="3d")
-        _draw_space(ax, game)
+        draw_space(ax, game)
         for i, path in enumerate(flight.paths):
             _draw_path_in_space(ax, game, i, path, episode.destinations[i])
         title_of(ax, heading(results, flight), palette[flight.method], height=0.9)
     legend_below(figure, _legend_handles(game, by_altitude=False), 1.6)
     return figure
-
-
-def _draw_space(ax: Axes3D, game: Scenario) -> None:
-    width, length, height = (float(edge) * game.voxel_size_m for edge in game.grid)
-    low, high = game.min_altitude_m, game.max_altitude_m
-    for segment in cell_borders(game):
-        ax.plot(*segment.T, [low, low], color=BORDER_COLOUR, linestyle="--", linewidth=0.8)
-    ax.plot(*game.gbs_positions.T, "^", color=SITE_COLOUR, markersize=6)
-    ax.set(xlim=(0, width), ylim=(0, length), zlim=(low, high), xlabel="x (m)", ylabel="y (m)", zlabel="z (m)")
-    longer = max(width, length)
-    ax.set_box_aspect((width, length, max(height, FLATTEST * longer)), zoom=0.98)
-    ax.patch.set_visible(False)
-    ax.view_init(elev=32, azim=-60)
-    for axis in (ax.xaxis, ax.yaxis, ax.zaxis):
-        first = "lower" if axis is ax.yaxis else None  # it would touch the last number of the x-axis
-        axis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10], prune=first))
-        axis.labelpad = -4
-    ax.tick_params(pad=-2, labelsize="small")
 
 
 def _draw_path_in_space(ax: Axes3D, game: Scenario, uav: int, path: Floats, destination: Floats) -> None:

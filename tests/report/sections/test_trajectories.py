@@ -13,14 +13,12 @@ from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.section import Picture
 from lawn_sb3.report.sections.trajectories import (
     FIRST_SLOTS,
-    UAV_COLOURS,
     dot_sizes,
     heading,
-    offsets,
     section,
     typical_episode,
-    uav_look,
 )
+from lawn_sb3.report.space import UAV_COLOURS, offsets, uav_look
 from lawn_sb3.results.results import Results, read_results
 from lawn_sb3.scenario import PRESETS
 from tests.handmade import flown, recipe_of, results_of
