@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
+import tabulate
 
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval
@@ -39,6 +40,9 @@ LONGEST = 50
 MOST_ROWS = 30
 """Rows that still fit on one page."""
 _SIGNS = re.compile("|".join(re.escape(sign) for sign in sorted(IN_LATEX, key=len, reverse=True)))
+
+
+tabulate.WIDE_CHARS_MODE = False  # else columns are wider or narrower where wcwidth is installed, as Jupyter does
 
 
 class Table(NamedTuple):

@@ -96,3 +96,8 @@ def test_a_table_of_many_rows_runs_over_pages_in_latex() -> None:
     assert text.startswith(r"\begin{longtable}")
     assert r"\caption{Many \& more}" in text
     assert r"\begin{table}" not in text
+
+
+def test_columns_are_as_wide_whatever_is_installed_beside() -> None:
+    table = Table(pd.DataFrame(), pd.DataFrame({"J̄": ["1.0"], "R̂ (Mbps)": ["36.71"]}), "")
+    assert table.as_markdown().splitlines()[0] == "| J̄   | R̂ (Mbps)   |"
