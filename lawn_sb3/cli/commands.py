@@ -13,7 +13,7 @@ import typer
 from typer.core import TyperGroup
 
 from lawn_sb3 import __version__
-from lawn_sb3.cli import models, plans, recipes, tools, train
+from lawn_sb3.cli import models, plans, recipes, replays, runs, tools, train
 from lawn_sb3.cli.console import fail, say
 from lawn_sb3.cli.ending import status_of
 from lawn_sb3.errors import FailedRunsError, HeldError, UserError, first_line
@@ -39,7 +39,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-for group in (train.app, models.app, plans.app, recipes.app, tools.app):
+for group in (train.app, models.app, replays.app, runs.app, plans.app, recipes.app, tools.app):
     app.registered_commands += group.registered_commands
 
 

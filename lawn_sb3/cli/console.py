@@ -31,6 +31,8 @@ UNITS = {"_mbps": "Mbps", "_slots": "slots", "_percent": "%"}
 LONGEST_FIGURE = 40
 """Characters of a cell; a column with longer ones holds sentences."""
 
+PICTURES = (".png", ".pdf", ".svg")
+"""Endings of pictures."""
 PAPER_RECIPE = Path("runs/paper.yaml")
 ABLATION_RECIPE = Path("runs/ablation.yaml")
 ScenarioName = Annotated[str, typer.Option(help=f"{', '.join(PRESETS)}, or the path of a YAML file")]

@@ -7,14 +7,12 @@ import typer
 
 from lawn_sb3.choices import MOST_EPISODES
 from lawn_sb3.cli.console import AsJson, Changes, Trusted, fail, print_figures
-from lawn_sb3.config import parse_overrides
+from lawn_sb3.cli.flyers import player_flyer, run_flyer
 from lawn_sb3.errors import UserError
-from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.recipe import fits_all_games
-from lawn_sb3.experiment.registry import PLAYERS, check_player, find_player
+from lawn_sb3.experiment.registry import PLAYERS
 from lawn_sb3.experiment.run_directory.configuration import load_finished_run
 from lawn_sb3.experiment.run_directory.files import EVALUATION_FILE
-from lawn_sb3.scenario import Scenario, load_scenario
+from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()
 
@@ -42,33 +40,20 @@ def evaluate_command(
     """Let a player fly some joint episodes and print the means: rates in Mbps, times in slots."""
     if (run is None) == (player is None):
         raise UserError("name either --run DIR or --player NAME")
-    cell = None if run is None else load_finished_run(run, trusted)
-    if cell is not None:
-        own = cell.scenario if scenario is None else load_scenario(scenario)
-        game = own.changed(**parse_overrides(changes)) if changes else own
-        same_moves = game.max_voxel_steps == cell.scenario.max_voxel_steps
-        if not same_moves or (game.num_gbs != cell.scenario.num_gbs and not _fits_any_num_gbs(cell)):
-            raise UserError(f"{str(run)!r} was trained for {_sizes(cell.scenario)}; {game.name!r} has {_sizes(game)}")
-        name, player, player_seed = cell.key, cell.method.player, cell.seed
+    if run is not None:
+        flyer = run_flyer(run, scenario, changes, trusted)
     else:
         assert player is not None
-        game = load_scenario(scenario or "paper", changes)
-        check_player(player)
-        name, player_seed = player, 0
-    if regret and player is not None and PLAYERS[player].flies_alone:
+        flyer = player_flyer(player, load_scenario(scenario or "paper", changes))
+    name, game = flyer.name, flyer.game
+    if regret and flyer.flies_alone:
         raise UserError(f"--regret: the UAVs of {name!r} never meet, so none has others to respond to")
 
     from lawn_sb3.experiment.evaluation import fly
     from lawn_sb3.experiment.measures import regrets, standard_errors, summarize, summarize_regrets
     from lawn_sb3.experiment.run_directory.csv_file import write_rows
 
-    if cell is None:
-        chosen = find_player(name)
-    else:
-        from lawn_sb3.experiment.players import load_player
-
-        chosen = load_player(cell, not sample, game)
-    flights = fly(chosen, game, episodes, seed, player_seed, traced=episodes if regret else 0)
+    flights = fly(flyer.load(sample), game, episodes, seed, flyer.seed, traced=episodes if regret else 0)
     if rows_file is not None:
         write_rows(rows_file, flights.rows)
     summary = summarize(flights.rows)
@@ -76,14 +61,6 @@ def evaluate_command(
         summary |= summarize_regrets(regrets(flights, game, seed), flights.rows)
     figures = {"method": name, "scenario": game.title, "episodes": episodes, "seed": seed, **summary}
     print_figures(figures, as_json, f"{name} on {game.title}, {episodes} episodes", standard_errors(flights.rows))
-
-
-def _fits_any_num_gbs(cell: Cell) -> bool:
-    return cell.method.policy is not None and fits_all_games(cell.method)
-
-
-def _sizes(scenario: Scenario) -> str:
-    return f"{scenario.num_gbs} GBSs, v_max {scenario.max_voxel_steps}"
 
 
 @app.command()

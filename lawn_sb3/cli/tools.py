@@ -10,7 +10,17 @@ from rich.progress import Progress
 from rich.table import Table
 
 from lawn_sb3.choices import MOST_EPISODES
-from lawn_sb3.cli.console import PAPER_RECIPE, AsJson, Changes, messages, print_figures, print_table, progress, say
+from lawn_sb3.cli.console import (
+    PAPER_RECIPE,
+    PICTURES,
+    AsJson,
+    Changes,
+    messages,
+    print_figures,
+    print_table,
+    progress,
+    say,
+)
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.shipped import shipped_recipe
@@ -23,7 +33,6 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 WIDE_ENOUGH_FOR_SENTENCES = 120
-PICTURES = (".png", ".pdf", ".svg")
 
 ASKED = {"CTDE-MAPPO": "mappo-state", "QMIX": "qmix"}
 """Rows of the paper's Table II whose trained players ``identify`` asks: the method of ``runs/paper.yaml`` that stands

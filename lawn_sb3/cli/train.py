@@ -1,6 +1,7 @@
 """The command about training one model: train."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,12 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, print_figures, say
+from lawn_sb3.cli.runs import show_runs
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, said, unknown_name
+from lawn_sb3.experiment.backends.local import LocalBackend
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, parse_method, read_recipe
 from lawn_sb3.experiment.registry import ALGORITHMS
-from lawn_sb3.experiment.reproduce import training_bar
+from lawn_sb3.experiment.reproduce import run_cells, training_bar
 from lawn_sb3.experiment.run_directory.configuration import is_finished
 from lawn_sb3.experiment.run_directory.files import (
     CONFIG_FILE,
@@ -26,6 +29,9 @@ from lawn_sb3.experiment.shipped import shipped_recipe
 from lawn_sb3.scenario import load_scenario
 
 app = typer.Typer()
+
+MOST_SEEDS = 1_000
+"""Of one command."""
 
 
 @app.command()
@@ -46,7 +52,11 @@ def train(
         str | None, typer.Option(help="preset or YAML file; default: paper, or the recipe's own")
     ] = None,
     changes: Changes = [],  # noqa: B006
-    seed: Annotated[int, typer.Option(min=0, help="seed of everything random in training")] = 0,
+    seed: Annotated[int | None, typer.Option(min=0, help="seed of everything random in training; default: 0")] = None,
+    seeds: Annotated[
+        str | None, typer.Option(help="train one run for each instead, in --out/seed-K: 0-4, or 0,2,7")
+    ] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="with --seeds: runs side by side; default: 2")] = None,
     env_steps: Annotated[
         int | None, typer.Option(min=1, help="budget: joint slots of one game; default: 150000, or the method's own")
     ] = None,
@@ -59,11 +69,14 @@ def train(
     device: Annotated[str, typer.Option(help="torch device: cpu, cuda, auto")] = "cpu",
     progress: Annotated[bool, typer.Option("--progress/--no-progress", "-P", help="show a progress bar")] = True,
 ) -> None:
-    """Train one model and evaluate it on 200 episodes.
+    """Train one model, or one for each of several seeds, and evaluate it on 200 episodes.
 
     Settings that --hyperparams does not name are those of the recipe's method; without --recipe, those of
     runs/paper.yaml for the same algorithm and policy.
     """
+    chosen = _seeds(seed, seeds)
+    if jobs is not None and seeds is None:
+        raise UserError("--jobs: only --seeds trains several runs, side by side")
     settings = parse_overrides(hyperparams, "--hyperparams") | ({} if device == "cpu" else {"device": device})
     if (recipe_path is None) != (method is None):
         raise UserError("name both --recipe FILE and --method NAME, or neither")
@@ -78,7 +91,10 @@ def train(
     if changes:
         cell = replace(cell, scenario=cell.scenario.changed(**parse_overrides(changes)))
     changed = _changed(cell.method, settings, env_steps=env_steps, num_games=num_games)
-    cell = replace(cell, method=changed, seed=seed, directory=out)
+    cell = replace(cell, method=changed, seed=chosen[0], directory=out)
+    if seeds is not None:
+        _train_seeds([replace(cell, seed=one, directory=out / f"seed-{one}") for one in chosen], out, jobs or 2)
+        return
     if _has_to_run(cell):
         from lawn_sb3.experiment.train import try_method
 
@@ -88,6 +104,46 @@ def train(
     else:
         say(f"{out} holds this run already, finished")
     _show_result(cell)
+
+
+def _seeds(seed: int | None, seeds: str | None) -> list[int]:
+    """The seeds to train: one, or all that a text such as ``0-4`` or ``0,2,7`` names."""
+    if seeds is None:
+        return [seed or 0]
+    if seed is not None:
+        raise UserError("name --seed K or --seeds K-L, not both")
+    found: list[int] = []
+    for part in seeds.split(","):
+        match = re.fullmatch(r"(\d{1,9})(?:-(\d{1,9}))?", part.strip())
+        low, high = (int(match[1]), int(match[2] or match[1])) if match else (1, 0)
+        if low > high or high - low >= MOST_SEEDS:
+            raise UserError(
+                f"--seeds {seeds!r}: whole numbers from 0 up and ranges such as 0-4, with commas between, at most "
+                f"{MOST_SEEDS}"
+            )
+        found += range(low, high + 1)
+    if len(set(found)) < len(found):
+        raise UserError(f"--seeds {seeds!r}: each seed once")
+    return found
+
+
+def _train_seeds(todo: list[Cell], out: Path, jobs: int) -> None:
+    """Train some seeds side by side, each in a folder of its own, and list them."""
+    if out.exists() and not out.is_dir():
+        raise UserError(f"--out {str(out)!r} is a file, not a folder")
+    if (out / CONFIG_FILE).exists():
+        raise UserError(f"--out {str(out)!r} holds a run: name another folder for several")
+    unfinished = [cell for cell in todo if _has_to_run(cell)]  # all are looked at before any is begun
+    if unfinished:
+        from lawn_sb3.experiment.train import try_method
+
+        try_method(unfinished[0])
+    with interruptible():
+        run_cells(todo, LocalBackend(jobs), messages)
+
+    from lawn_sb3.results.at_hand import runs_below
+
+    show_runs(list(runs_below(out, [cell.method.policy for cell in todo if cell.method.policy])), out)
 
 
 def _show_result(cell: Cell) -> None:

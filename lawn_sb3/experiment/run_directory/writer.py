@@ -51,6 +51,26 @@ def only_writer(folder: Path) -> Iterator[None]:
         lock.release()
 
 
+def who_writes(folder: Path) -> str | None:
+    """Who writes in a folder now, by the file that they hold; the folder is left as it is.
+
+    :param folder: a run's directory
+    :return: process, host and time; none if nobody does, or who did was ended
+    """
+    path = folder / LOCK_FILE
+    if not path.exists():
+        return None
+    try:
+        holder = json.loads(path.read_text(encoding="utf-8"))
+        if holder["host"] == socket.gethostname():
+            os.kill(int(holder["pid"]), 0)  # signal 0 asks whether there is such a process
+    except ProcessLookupError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError):  # somebody else's process, or a lock that says less
+        return _holder(path)
+    return _holder(path)
+
+
 def remove_parts(folder: Path) -> None:
     """Remove what a writer left that was ended in the midst of a file."""
     for left in folder.glob("part-*"):
