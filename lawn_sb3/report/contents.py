@@ -31,6 +31,8 @@ from lawn_sb3.report.sections import (
     verdicts,
 )
 from lawn_sb3.results.results import TABLES, Results, read_results
+from lawn_sb3.results.spent import time_spent
+from lawn_sb3.results.tracks import replay_of_results
 
 
 class Kind(NamedTuple):
@@ -114,4 +116,6 @@ def build_report(recipe: Recipe, cells: Sequence[Cell], command: str) -> Report:
         kind.main_title + (IN_PARENTHESES if kind is OF_RECIPE and printed_rows(recipe) else ""),
         [*problems, *(problem for section in sections for problem in section.problems)],
         [sentence for section in sections for sentence in section.summary],
+        None if recipe.variants else replay_of_results(whole[base]),
+        time_spent(cells),
     )

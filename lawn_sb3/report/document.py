@@ -1,4 +1,4 @@
-"""A report as a folder: tables in three formats, figures in two, a page for a forge and one JSON file."""
+"""A report as a folder: tables in three formats, figures in two, pages for a forge and a browser, one JSON file."""
 
 import json
 from collections.abc import Sequence
@@ -10,9 +10,12 @@ from lawn_sb3.experiment.recipe import Recipe
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import save
 from lawn_sb3.report.table import Table
+from lawn_sb3.report.web.replay_page import replay_page
+from lawn_sb3.report.web.report_page import REPLAY_FILE, report_page
+from lawn_sb3.results.tracks import Replay
 from lawn_sb3.whole_files import write_text
 
-JSON_FILE, PAGE_FILE = "report.json", "README.md"
+JSON_FILE, PAGE_FILE, WEB_FILE = "report.json", "README.md", "index.html"
 ENDINGS = (".md", ".csv", ".tex", ".png", ".pdf")
 """Of the files of tables and figures."""
 
@@ -28,6 +31,8 @@ class Report:
     :param main_title: what that table shows
     :param problems: one line for each file of a run, or part of the report, that there is not
     :param summary: sentences for the top of the page
+    :param replay: some test episodes as every method flew them, if the runs hold their paths
+    :param cost: a sentence on the time that the runs took, if they say
     """
 
     recipe: Recipe
@@ -37,6 +42,8 @@ class Report:
     main_title: str
     problems: list[str] = field(default_factory=list)
     summary: list[str] = field(default_factory=list)
+    replay: Replay | None = None
+    cost: str = ""
 
     @property
     def title(self) -> str:
@@ -58,7 +65,7 @@ class Report:
 
 
 def write_report(report: Report, folder: Path) -> None:
-    """Write tables, figures, page and JSON to a folder; what an earlier report had there and this one lacks goes."""
+    """Write tables, figures, pages and JSON to a folder; what an earlier report had there and this one lacks goes."""
     folder.mkdir(parents=True, exist_ok=True)
     for name, table in report.tables.items():
         table.save(folder, name)
@@ -70,6 +77,11 @@ def write_report(report: Report, folder: Path) -> None:
             path.unlink()
     write_text(folder / JSON_FILE, json.dumps(for_machines(report), indent=1, ensure_ascii=False) + "\n")
     write_text(folder / PAGE_FILE, page(report))
+    write_text(folder / WEB_FILE, report_page(report))
+    if report.replay is None:
+        (folder / REPLAY_FILE).unlink(missing_ok=True)
+    else:
+        write_text(folder / REPLAY_FILE, replay_page(report.replay, report.title, report.command))
 
 
 def _names_of_earlier(folder: Path) -> set[str]:

@@ -42,6 +42,8 @@ def test_a_report_has_its_tables_figures_and_page(planned: Recipe, planned_cells
     page = reported(planned, planned_cells, tmp_path / "report")
     assert {path.name for path in (tmp_path / "report").iterdir()} == {
         "README.md",
+        "index.html",
+        "replay.html",
         "report.json",
         *(f"{name}.{ending}" for name in report.tables for ending in ("md", "csv", "tex")),
         *(f"{name}.{ending}" for name in report.figures for ending in ("png", "pdf")),

@@ -40,7 +40,7 @@ def test_the_kept_page_and_tables_are_those_that_this_code_makes(report: Report)
 
 def test_what_is_kept_beside_the_page_is_on_it(report: Report) -> None:
     folder = REPOSITORY / REFERENCE / report.recipe.name / "report"
-    kept = {path.stem for path in folder.iterdir()} - {"README", "report"}
+    kept = {path.stem for path in folder.iterdir()} - {"README", "report", "index", "replay"}
     assert kept == {*report.tables, *report.figures}
 
 
