@@ -1,7 +1,8 @@
 """Recipes killed at random, as a group, by their parent alone, or by one worker, and begun again each time.
 
-What they leave in the end has to be what they leave when nobody kills them. ``python -m tests.torture.kills [NUMBER]``:
-how many kills of each learner, 20 by default. Looks at ``/proc``: Linux alone.
+What they leave in the end has to be what they leave when nobody kills them. A third of the kills falls before the first
+checkpoint, the others wait for one. ``python -m tests.torture.kills [NUMBER]``: how many kills of each learner, 20 by
+default. Looks at ``/proc``: Linux alone.
 """
 
 import json
@@ -22,7 +23,7 @@ import yaml
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.run_directory.files import LOCK_FILE, MODEL_FILE, PROVENANCE_FILE
+from lawn_sb3.experiment.run_directory.files import CHECKPOINT_FILE, LOCK_FILE, MODEL_FILE, PROVENANCE_FILE
 
 METHODS: dict[str, dict[str, Any]] = {
     "mappo": {"algo": "mappo", "settings": {"n_steps": 32, "batch_size": 256, "n_epochs": 2}},
@@ -34,16 +35,27 @@ EVALUATION = {"episodes": 5, "record_every": 1_000, "watch_every": 4_000, "watch
 KINDS = ("group", "parent", "worker")
 """In turns, as a run whose worker is killed twice by one and the same parent is given up."""
 RAW = ("*.csv", "config.yaml")
-MOST_OF_A_RUN = 0.6
-"""The longest time from the start of workers to a kill, as a share of what an undisturbed recipe takes."""
+EARLY_EVERY = 3
+"""One in so many of each kind of kill is early: it does not wait for a checkpoint."""
 SECONDS = 2.0
 """How long a process may outlive the one that started it."""
+
+
+class Pace(NamedTuple):
+    """How long an undisturbed recipe takes from the start of its workers."""
+
+    first_checkpoint: float
+    """Seconds until a run has a checkpoint."""
+    after: float
+    """Seconds from then until the last run is done."""
 
 
 class Result(NamedTuple):
     """What came of the kills of a learner."""
 
     kills: Counter[str]
+    later: int
+    """Kills of a run in training that had a checkpoint."""
     rounds: int
     """How often all runs were finished, and compared."""
     raw_files: int
@@ -59,9 +71,10 @@ class Result(NamedTuple):
         """Say it in one line."""
         kinds = ", ".join(f"{self.kills[kind]} {kind}" for kind in KINDS)
         return (
-            f"{name}: {self.kills.total()} kills ({kinds}); {self.rounds} times finished, {self.resumed} runs from a "
-            f"checkpoint: {self.raw_files} raw files and {self.models} models equal to the byte; 0 orphans (the "
-            f"slowest worker ended {self.slowest:.2f} s after its parent); 0 part files"
+            f"{name}: {self.kills.total()} kills ({kinds}), {self.later} of them after the first checkpoint; "
+            f"{self.rounds} times finished, {self.resumed} runs from a checkpoint: {self.raw_files} raw files and "
+            f"{self.models} models equal to the byte; 0 orphans (the slowest worker ended {self.slowest:.2f} s after "
+            "its parent); 0 part files"
         )
 
 
@@ -107,13 +120,38 @@ def wait_for_workers(process: subprocess.Popen[bytes]) -> bool:
     return False
 
 
+def being_made(folder: Path, pids: list[int]) -> list[Path]:
+    """The runs that processes are making, or were when they were killed."""
+    runs = []
+    for path in folder.glob(f"*/seed-*/{LOCK_FILE}"):
+        try:
+            if json.loads(path.read_text("utf-8"))["pid"] in pids:
+                runs.append(path.parent)
+        except (OSError, ValueError):  # has ended meanwhile, or is about to begin
+            continue
+    return runs
+
+
+def have_checkpoints(runs: list[Path]) -> list[Path]:
+    """Those of some runs that could go on from a checkpoint."""
+    return [run for run in runs if (run / CHECKPOINT_FILE).exists()]
+
+
+def wait_for_a_checkpoint(process: subprocess.Popen[bytes], folder: Path) -> None:
+    """Wait until a run that is being made has a checkpoint, or no run is being made."""
+    while pids := workers(process.pid):
+        if have_checkpoints(being_made(folder, pids)):
+            return
+        time.sleep(0.05)
+
+
 def seconds_until_gone(pids: list[int]) -> float:
     """How long it takes until processes have ended."""
     began = time.monotonic()
     while any(state != "Z" for _, state in (states().get(pid, (0, "Z")) for pid in pids)):
         if time.monotonic() - began > 60.0:
             raise AssertionError(f"still there after a minute: {pids}")
-        time.sleep(0.02)
+        time.sleep(0.05)
     return time.monotonic() - began
 
 
@@ -128,10 +166,18 @@ def weights(model: Path) -> dict[str, th.Tensor]:
     return dict(load_from_zip_file(model, load_data=False)[1]["policy"])
 
 
-def resumed(folder: Path) -> int:
-    """How many finished runs went on from a checkpoint the last time that they were begun."""
-    records = [json.loads(path.read_text("utf-8")) for path in folder.glob(f"*/seed-*/{PROVENANCE_FILE}")]
-    return sum(record["resumed_at_env_steps"] > 0 for record in records)
+def check_resumed(folder: Path, had_checkpoint: set[Path]) -> int:
+    """Count the finished runs that went on from a checkpoint the last time that they were begun.
+
+    :param folder: all runs
+    :param had_checkpoint: those that had one when they were killed last
+    :return: how many went on from one
+    :raises AssertionError: naming those that had one and began anew
+    """
+    records = {path.parent: json.loads(path.read_text("utf-8")) for path in folder.glob(f"*/seed-*/{PROVENANCE_FILE}")}
+    gone_on = {run for run, record in records.items() if record["resumed_at_env_steps"] > 0}
+    assert had_checkpoint <= gone_on, f"begun anew: {sorted(map(str, had_checkpoint - gone_on))}"
+    return len(gone_on)
 
 
 def compare(whole: Path, killed: Path) -> tuple[int, int]:
@@ -172,54 +218,72 @@ def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS)
     whole, killed = folder / "whole", folder / "killed"
     for path in (whole, killed):
         path.with_suffix(".yaml").write_text(content, encoding="utf-8")
+    process = begin(whole.with_suffix(".yaml"))
+    assert wait_for_workers(process), whole.with_suffix(".said").read_text()
     began = time.monotonic()
-    assert begin(whole.with_suffix(".yaml")).wait() == 0, whole.with_suffix(".said").read_text()
-    return kill(whole, killed, number, MOST_OF_A_RUN * (time.monotonic() - began))
+    wait_for_a_checkpoint(process, whole)
+    first = time.monotonic() - began
+    while workers(process.pid):
+        time.sleep(0.05)
+    pace = Pace(first, time.monotonic() - began - first)
+    assert process.wait() == 0, whole.with_suffix(".said").read_text()
+    return kill(whole, killed, number, pace)
 
 
-def kill(whole: Path, killed: Path, number: int, most_seconds: float) -> Result:
+def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
     """Kill the runs of a recipe, begin them again, and hold them against others whenever they are finished.
 
     :param whole: the runs that nobody kills
     :param killed: where the others go; the recipe of each lies beside it
     :param number: how many kills
-    :param most_seconds: how long workers may work until the next one
+    :param pace: how long the runs take that nobody kills
     :return: what came of it
     :raises AssertionError: if anything is lost, different, or left over
     """
     recipe, said = killed.with_suffix(".yaml"), killed.with_suffix(".said")
     chance, kills, slowest = random.Random(0), Counter[str](), 0.0
-    rounds = files = models = gone_on = 0
+    rounds = files = models = gone_on = later = 0
+    had_checkpoint: set[Path] = set()
     process = begin(recipe)
     while True:
         if kills.total() == number:
             process.wait()
         elif wait_for_workers(process):
-            time.sleep(chance.uniform(0.0, most_seconds))
+            if kills.total() // len(KINDS) % EARLY_EVERY == 0:
+                time.sleep(chance.uniform(0.0, pace.first_checkpoint))
+            else:
+                wait_for_a_checkpoint(process, killed)
+                time.sleep(chance.uniform(0.0, pace.after))
         pids = workers(process.pid)
         if process.poll() is not None:
             assert process.returncode == 0, said.read_text()
             equal = compare(whole, killed)
             rounds, files, models = rounds + 1, files + equal[0], models + equal[1]
-            gone_on += resumed(killed)
+            gone_on += check_resumed(killed, had_checkpoint)
             if kills.total() == number:
-                return Result(kills, rounds, files, gone_on, models, slowest)
+                return Result(kills, later, rounds, files, gone_on, models, slowest)
             shutil.rmtree(killed)
+            had_checkpoint.clear()
             process = begin(recipe)
         elif pids:  # else it is writing its report
             kind = KINDS[kills.total() % len(KINDS)]
             kills[kind] += 1
+            victims = [chance.choice(pids)] if kind == "worker" else pids
             if kind == "worker":
-                os.kill(chance.choice(pids), signal.SIGKILL)  # its run is begun once more by itself
-                continue
-            if kind == "parent":
+                os.kill(victims[0], signal.SIGKILL)  # its run is begun once more by itself
+            elif kind == "parent":
                 process.kill()
             else:
                 os.killpg(process.pid, signal.SIGKILL)
-            slowest = max(slowest, seconds_until_gone(pids))
-            assert slowest <= SECONDS, f"a worker outlived its parent by {slowest:.1f} s"
-            process.wait()
-            process = begin(recipe)
+            seconds = seconds_until_gone(victims)
+            runs = being_made(killed, victims)
+            had_checkpoint = had_checkpoint - set(runs) | set(have_checkpoints(runs))
+            later += bool(have_checkpoints(runs))
+            if kind != "worker":
+                slowest = max(slowest, seconds)
+                assert slowest <= SECONDS, f"a worker outlived its parent by {slowest:.1f} s"
+                process.wait()
+                process = begin(recipe)
 
 
 def main(number: int = 20) -> str:
@@ -234,8 +298,8 @@ def main(number: int = 20) -> str:
         with tempfile.TemporaryDirectory() as made:
             results.append(torture(name, number, Path(made)))
         print(results[-1].line(name), flush=True)
-    kills, rounds, files, gone_on, models, slowest = zip(*results, strict=True)
-    total = Result(sum(kills, Counter()), sum(rounds), sum(files), sum(gone_on), sum(models), max(slowest))
+    kills, later, rounds, files, gone_on, models, slowest = zip(*results, strict=True)
+    total = Result(sum(kills, Counter()), sum(later), sum(rounds), sum(files), sum(gone_on), sum(models), max(slowest))
     return total.line("random kills")
 
 
