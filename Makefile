@@ -2,14 +2,15 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+CLUSTER := .venv-cluster
 JOBS ?= 2
 RUN ?= paper
 
 .DEFAULT_GOAL := help
-.PHONY: help install test torture lint style types arrows format docs reproduce ablation report ladder bench clean
+.PHONY: help install test test-cluster torture lint style types arrows format docs reproduce ablation report ladder bench clean
 
 help: ## list the targets
-	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z]+):.*## (.*)/  make \1\t\2/' | expand -t 18
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
 
 $(VENV)/installed: requirements.lock setup.cfg pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -23,6 +24,16 @@ install: $(VENV)/installed ## build .venv from requirements.lock
 
 test: install ## run all tests
 	$(BIN)/python -m pytest -n 2 --dist worksteal
+
+$(CLUSTER)/installed: $(VENV)/installed
+	$(BIN)/python -m venv $(CLUSTER)
+	$(BIN)/python -c 'import sysconfig; print(f"import site; site.addsitedir({sysconfig.get_path("purelib")!r})")' \
+		> $$($(CLUSTER)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/beside.pth
+	$(CLUSTER)/bin/python -m pip install --quiet --constraint requirements.lock ray==2.60.0
+	@touch $@
+
+test-cluster: $(CLUSTER)/installed ## install Ray beside .venv, and test trainings on a cluster of two nodes
+	$(CLUSTER)/bin/python -m pytest -m cluster tests/experiment/backends
 
 torture: install ## kill runs at random and damage checkpoints, hundreds of times (an hour)
 	$(BIN)/python -m tests.torture
@@ -62,5 +73,5 @@ bench: install ## measure the speed of simulator, environment and training
 	$(BIN)/lawn-sb3 bench
 
 clean: ## remove the virtual environment and caches, keep runs
-	rm -rf $(VENV) build dist docs/_build docs/_made *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(CLUSTER) build dist docs/_build docs/_made *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -53,6 +53,7 @@ nitpick_ignore_regex = [
     (r"py:.*", r".*\._\w+"),  # what annotations show of private names
 ]
 autodoc_default_options = {"members": True, "show-inheritance": True, "ignore-module-all": True}
+autodoc_mock_imports = ["ray"]  # an extra
 autodoc_member_order = "bysource"
 apidoc_modules = [
     {

@@ -2,7 +2,7 @@
 
 import sys
 
-from lawn_sb3.cli.ending import ending_in_order, status_of
+from lawn_sb3.cli.ending import ending_in_order, interrupted_status
 
 
 def main() -> None:
@@ -12,6 +12,6 @@ def main() -> None:
             from lawn_sb3.cli.commands import run  # here: loading the libraries takes long enough to interrupt it
 
             run()
-    except KeyboardInterrupt as interrupt:
+    except KeyboardInterrupt:
         print("lawn-sb3: interrupted before it began", file=sys.stderr)
-        sys.exit(status_of(interrupt))
+        sys.exit(interrupted_status())

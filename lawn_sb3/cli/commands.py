@@ -15,7 +15,7 @@ from typer.core import TyperGroup
 from lawn_sb3 import __version__
 from lawn_sb3.cli import models, plans, recipes, replays, runs, tools, train
 from lawn_sb3.cli.console import fail, say
-from lawn_sb3.cli.ending import status_of
+from lawn_sb3.cli.ending import interrupted_status
 from lawn_sb3.errors import FailedRunsError, HeldError, UserError, first_line
 from lawn_sb3.experiment.backends.worker import tell_notices
 
@@ -27,8 +27,8 @@ class Commands(TyperGroup):
         """Run one of them."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt as interrupt:
-            fail("interrupted; what was not finished is not kept, the same command begins anew", status_of(interrupt))
+        except KeyboardInterrupt:
+            fail("interrupted; what was not finished is not kept, the same command begins anew", interrupted_status())
 
 
 app = typer.Typer(

@@ -15,7 +15,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from lawn_sb3.cli.ending import status_of
+from lawn_sb3.cli.ending import interrupted_status
 from lawn_sb3.experiment.reproduce import QUIET_SECONDS
 from lawn_sb3.scenario import PRESETS
 
@@ -105,10 +105,10 @@ def interruptible() -> Iterator[None]:
     """Long work that keeps what it has when it is interrupted."""
     try:
         yield
-    except KeyboardInterrupt as interrupt:
+    except KeyboardInterrupt:
         fail(
             "interrupted; finished runs and checkpoints are kept, the same command goes on from there",
-            status_of(interrupt),
+            interrupted_status(),
         )
 
 

@@ -6,14 +6,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
+_came = signal.SIGINT
+"""The signal that ended what ran; whoever passes an interrupt on may raise another one in its place."""
 
-class Terminated(KeyboardInterrupt):
-    """An interrupt that came as SIGTERM."""
 
-
-def status_of(interrupt: KeyboardInterrupt) -> int:
-    """The exit status that says what ended a command."""
-    return 128 + (signal.SIGTERM if isinstance(interrupt, Terminated) else signal.SIGINT)
+def interrupted_status() -> int:
+    """The exit status that says which signal ended a command."""
+    return 128 + _came
 
 
 @contextmanager
@@ -34,6 +33,8 @@ def ending_in_order() -> Iterator[None]:
 
 
 def _end(number: int, frame: FrameType | None) -> None:
+    global _came
     for heeded in (signal.SIGTERM, signal.SIGINT):
         signal.signal(heeded, signal.SIG_IGN)  # ending takes two seconds; some send a signal twice
-    raise Terminated if number == signal.SIGTERM else KeyboardInterrupt
+    _came = signal.Signals(number)
+    raise KeyboardInterrupt

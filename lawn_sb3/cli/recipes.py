@@ -19,13 +19,14 @@ from lawn_sb3.cli.console import (
     wide_console,
 )
 from lawn_sb3.errors import FailedRunsError, UserError
-from lawn_sb3.experiment.backends.local import LocalBackend
+from lawn_sb3.experiment.backends.choice import find_backend
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.policy_places import locate
 from lawn_sb3.experiment.recipe import Recipe, check_policies, load_recipe, read_recipe
 from lawn_sb3.experiment.reproduce import run_cells
 from lawn_sb3.experiment.run_directory.configuration import check_finished, is_finished
 from lawn_sb3.experiment.run_directory.files import ABLATION_FILES, MANIFEST_FILE, RESULT_FILES, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.manifest import vouch_late
 from lawn_sb3.experiment.run_directory.writer import only_writer
 from lawn_sb3.experiment.search import load_search
 from lawn_sb3.experiment.shipped import shipped_recipe
@@ -35,11 +36,22 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+Jobs = Annotated[
+    int | None,
+    typer.Option(min=1, help="runs side by side, one core each; default: 2, or all that a cluster has room for"),
+]
+BackendName = Annotated[str, typer.Option("--backend", help="who does the work: local, this machine; ray, a cluster")]
+Address = Annotated[
+    str | None, typer.Option(help="of the cluster: HOST:PORT; default: RAY_ADDRESS, or one that runs on this machine")
+]
+
 
 @app.command()
 def reproduce(
     recipe_path: RecipePath = PAPER_RECIPE,
-    jobs: Annotated[int, typer.Option(min=1, help="runs side by side, one core each")] = 2,
+    jobs: Jobs = None,
+    backend: BackendName = "local",
+    address: Address = None,
 ) -> None:
     """Run what a recipe lacks, write its report, and compare with the reference results.
 
@@ -48,6 +60,7 @@ def reproduce(
     recipe, command = load_recipe(shipped_recipe(recipe_path)), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
     runs = recipe_path.parent / recipe.name
     todo = cells(recipe, runs)
+    workers = find_backend(backend, jobs, address)
     _try_methods(todo)
 
     from lawn_sb3.experiment.after_training import add_costs, add_regrets, add_scaling
@@ -56,7 +69,7 @@ def reproduce(
 
     with interruptible(), only_writer(runs):
         try:
-            run_cells(todo, LocalBackend(jobs), messages)
+            run_cells(todo, workers, messages)
             if recipe.scaling is not None:
                 add_scaling(todo, recipe.scaling, messages)
                 if recipe.scaling.costs:
@@ -87,7 +100,9 @@ def _try_methods(todo: list[Cell]) -> None:
 def ablate(
     policy: Annotated[str, typer.Argument(help="NAME of policies/NAME.py, or package.module:Class")],
     recipe_path: Annotated[Path, typer.Option("--recipe", help="the ablations to compare with")] = ABLATION_RECIPE,
-    jobs: Annotated[int, typer.Option(min=1, help="runs side by side, one core each")] = 2,
+    jobs: Jobs = None,
+    backend: BackendName = "local",
+    address: Address = None,
 ) -> None:
     """Train a policy of yours with the default settings, and compare it with all ablations.
 
@@ -99,6 +114,7 @@ def ablate(
     recipe = read_recipe(source)
     locate(policy)
     check_policies(recipe, source)
+    workers = find_backend(backend, jobs, address)
 
     from lawn_sb3.experiment.ablation import with_policy
     from lawn_sb3.report.contents import build_report
@@ -117,7 +133,7 @@ def ablate(
         unfinished.remove(str(base))
     _try_methods(own)
     with interruptible(), only_writer(runs):
-        run_cells(own, LocalBackend(jobs), messages)
+        run_cells(own, workers, messages)
     option = "" if recipe_path == ABLATION_RECIPE else f" --recipe {recipe_path.as_posix()}"
     report = build_report(recipe, compared, f"lawn-sb3 ablate {policy}{option}")
     if kept:
@@ -160,6 +176,9 @@ def report_command(
 def export(
     recipe_path: RecipePath = PAPER_RECIPE,
     to: Annotated[Path | None, typer.Option(help="folder to write; default: runs/reference/NAME")] = None,
+    vouch: Annotated[
+        bool, typer.Option("--vouch", help=f"instead give runs kept there the {MANIFEST_FILE} that they lack")
+    ] = False,
 ) -> None:
     """Keep finished runs as reference results: rows, curves, provenance, and the weights of one model a method.
 
@@ -168,6 +187,13 @@ def export(
     source = shipped_recipe(recipe_path)
     recipe = read_recipe(source)
     runs, folder = recipe_path.parent / recipe.name, to or _reference(recipe_path, recipe)
+    if vouch:
+        kept = [cell.directory for cell in cells(recipe, folder) if is_finished(cell)]
+        without = [directory for directory in kept if not (directory / MANIFEST_FILE).exists()]
+        for directory in without:
+            vouch_late(directory)
+        say(f"{len(without)} of {len(kept)} runs in {folder} are vouched for from now on, the others were already")
+        return
     if folder.resolve() == runs.resolve():
         raise UserError(f"--to {str(folder)!r} is where the runs are")
     if folder.exists() and not (folder / "report" / "report.json").exists() and any(folder.iterdir()):
@@ -232,18 +258,21 @@ def _compare(recipe: Recipe, runs: Path, reference: Path) -> None:
 @app.command()
 def tune(
     search_path: Annotated[Path, typer.Argument(help="what to search")] = Path("runs/tuning.yaml"),
-    jobs: Annotated[int, typer.Option(min=1, help="trainings side by side, one core each")] = 2,
+    jobs: Jobs = None,
+    backend: BackendName = "local",
+    address: Address = None,
     show: Annotated[bool, typer.Option("--show", help="run nothing, only show the trials so far")] = False,
 ) -> None:
     """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
     search, methods = load_search(search_path)
     file = search_path.with_suffix(".csv")
+    workers = find_backend(backend, jobs, address)
 
     from lawn_sb3.experiment.tuning import ranked_settings, read_trainings, run_search
 
     with interruptible():
         if not show:
-            run_search(search, methods, file, LocalBackend(jobs), messages)
+            run_search(search, methods, file, workers, messages)
     table = Table(
         title=f"mean greedy reward J after {search.env_steps:,} env steps; * is the first or last value offered"
     )

@@ -25,6 +25,10 @@ SAME_RESULTS = {
 
 Version 0.2 gave the policies new hooks; runs made before it stay valid."""
 
+INSTALLED = {"site-packages", "dist-packages"}
+"""Folders of installed packages, those of another environment that this one builds on too."""
+_STANDARD_LIBRARY = Path(sysconfig.get_path("stdlib")).resolve()
+
 _DIGESTS: dict[Path, str] = {}
 """What the files of policies held when they were first asked for: an edit after that is not what this process runs."""
 
@@ -86,5 +90,6 @@ def _is_users_own(path: Path) -> bool:
     path = path.resolve()
     if path.is_relative_to(REPOSITORY / "policies"):
         return path.name != "__init__.py"  # text alone
-    installed = [Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "purelib", "platlib")]
-    return not any(path.is_relative_to(folder) for folder in (*installed, REPOSITORY / "lawn_sb3"))
+    if INSTALLED & set(path.parts):
+        return False
+    return not any(path.is_relative_to(folder) for folder in (_STANDARD_LIBRARY, REPOSITORY / "lawn_sb3"))

@@ -35,7 +35,7 @@ def provenance() -> dict[str, Any]:
         "started": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         "commit": _commit(),
         "python": platform.python_version(),
-        "versions": {name: version(name) for name in PACKAGES},
+        "versions": versions(),
         "hardware": {
             "processor": _processor(),
             "cores": os.cpu_count(),
@@ -44,11 +44,19 @@ def provenance() -> dict[str, Any]:
     }
 
 
+def versions() -> dict[str, str]:
+    """The versions of this kit and of all that its results may depend on.
+
+    :return: by name
+    """
+    return {name: version(name) for name in PACKAGES}
+
+
 def _commit() -> str:
     """The commit of the checkout that tracks this file: one in which an environment only lies says nothing of it."""
 
     def git(*arguments: str) -> str:
-        command = ["git", "-C", str(Path(__file__).parent), *arguments]
+        command = ["git", "--no-optional-locks", "-C", str(Path(__file__).parent), *arguments]
         return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
 
     try:

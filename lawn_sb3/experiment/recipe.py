@@ -63,6 +63,11 @@ class Method(BaseModel):
     )
     baseline: str | None = Field(None, description="method of the same recipe that this one is an ablation of")
 
+    @property
+    def gpus(self) -> int:
+        """How many GPUs its training is to have: one if its settings ask for a device of CUDA."""
+        return int(str(self.settings.get("device", "cpu")).startswith("cuda"))
+
     @model_validator(mode="before")
     @classmethod
     def _defaults_of_the_algorithm(cls, values: Any) -> Any:

@@ -43,7 +43,9 @@ def run_cells(cells: Sequence[Cell], backend: Backend, console: Console) -> None
         console.print(f"{len(cells) - len(todo)} of {len(cells)} runs are finished already and are kept")
     if not todo:
         return
-    jobs = [Job(cell.title, partial(_run, cell, log := cell.directory / LOG_FILE), log) for cell in todo]
+    jobs = [
+        Job(cell.title, partial(_run, cell, log := cell.directory / LOG_FILE), log, cell.method.gpus) for cell in todo
+    ]
     with _bars(console) as bars, closing(backend.run(jobs)) as events:
         failures = _follow(todo, jobs, events, bars, console)
     if failures:

@@ -54,7 +54,7 @@ def run_search(search: Search, methods: Mapping[str, Method], file: Path, backen
     while batch := _next_trainings(search, methods, read_trainings(file)):
         titles = [f"{one.method} seed {one.seed} with {dict(one.settings)}" for one in batch]
         jobs = [
-            Job(title, partial(_score, search, methods[one.method], one))
+            Job(title, partial(_score, search, methods[one.method], one), gpus=methods[one.method].gpus)
             for title, one in zip(titles, batch, strict=True)
         ]
         scores: dict[int, tuple[float, float]] = {}

@@ -40,3 +40,14 @@ def test_the_checkout_that_tracks_the_code_is_named_with_changes_anywhere_in_it(
     assert module.provenance()["commit"] == head
     (checkout / "notes.txt").write_text("changed", encoding="utf-8")
     assert module.provenance()["commit"] == f"{head}+changes"
+
+
+def test_the_checkout_is_only_read(checkout: Path) -> None:
+    git(checkout, "add .venv")
+    git(checkout, "commit -m code")
+    (checkout / "notes.txt").touch()  # git would note that it has not changed, and leave a lock if it were killed
+    index = (checkout / ".git" / "index").read_bytes()
+    module.provenance()
+    assert (checkout / ".git" / "index").read_bytes() == index
+    git(checkout, "status")
+    assert (checkout / ".git" / "index").read_bytes() != index

@@ -1,6 +1,6 @@
 """What there is to do, how it is told about, and what a backend is: it is handed all jobs and says how they go."""
 
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
@@ -16,7 +16,9 @@ class Job(NamedTuple):
     work: Callable[[Progress], Any]
     """What does it: a function of a module, with its arguments."""
     log: Path | None = None
-    """Where it leaves what it printed."""
+    """Where it leaves what it printed: in the folder of its results."""
+    gpus: int = 0
+    """How many GPUs are to be set aside for it, where machines are shared out."""
 
 
 class Progressed(NamedTuple):
@@ -50,6 +52,10 @@ class Failed(NamedTuple):
 
 
 Event = Progressed | Noted | Finished | Failed
+EVENTS: Mapping[str, type[Event]] = {
+    "progressed": Progressed, "noted": Noted, "finished": Finished, "failed": Failed,
+}  # fmt: skip
+"""By the words with which a process tells of them."""
 
 
 class Backend(Protocol):
@@ -58,8 +64,8 @@ class Backend(Protocol):
     def run(self, jobs: Sequence[Job]) -> Generator[Event, None, None]:
         """Do all jobs, side by side.
 
-        A job whose process ends without an answer is done once more before it is given up. Closing the generator ends
-        what is running.
+        A job whose process ends without an answer is done once more before it is given up; one whose machine ends, on
+        another. Closing the generator ends what is running.
 
         :param jobs: what to do
         :return: what happens, as it happens; every job ends as finished or failed

@@ -9,14 +9,13 @@ from collections.abc import Generator, Sequence
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from lawn_sb3.experiment.backends.job import Event, Failed, Finished, Job, Noted, Progressed
-from lawn_sb3.experiment.backends.worker import serve
+from lawn_sb3.experiment.backends.job import EVENTS, Event, Failed, Job, Noted
+from lawn_sb3.experiment.backends.worker import ONE_THREAD, serve
 
 SECONDS_TO_END = 1.5
 """How long processes that were asked to end may take before they are made to."""
-EVENTS: dict[str, Any] = {"progressed": Progressed, "noted": Noted, "finished": Finished, "failed": Failed}
 
 
 class Worker(NamedTuple):
@@ -71,8 +70,7 @@ class LocalBackend:
 
 def _start() -> Worker:
     """Start a process that waits for jobs."""
-    # Numba and BLAS read their number of threads when a process starts.
-    os.environ.update({"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"})
+    os.environ.update(ONE_THREAD)
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
     process = context.Process(target=serve, args=(there,), daemon=True)

@@ -14,9 +14,12 @@ from multiprocessing.process import BaseProcess
 from typing import Any
 
 from lawn_sb3.errors import Notice, said
+from lawn_sb3.experiment.backends.job import Progress
 
 SET_PARENT_DEATH_SIGNAL = 1
 """Linux, ``prctl``: which signal a process gets when its parent ends."""
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1"}
+"""The environment of a process that does jobs: Numba and BLAS read their number of threads when it starts."""
 REPORT_SECONDS = 0.2
 """The least time between two reports of progress."""
 
@@ -36,18 +39,23 @@ def serve(pipe: Connection) -> None:
             work = pipe.recv()
         except EOFError:
             return
-        pipe.send(_answer(work, pipe))
+        pipe.send(answer(work, lambda env_steps: pipe.send(("progressed", env_steps))))
 
 
-def _answer(work: Callable[[Callable[[int], None]], Any], pipe: Connection) -> tuple[str, Any]:
-    """Do one job, and say what became of it."""
+def answer(work: Callable[[Progress], Any], tell: Progress) -> tuple[str, Any]:
+    """Do one job, and say what became of it.
+
+    :param work: what does it
+    :param tell: called now and then with the env steps done so far
+    :return: ``("finished", value)`` or ``("failed", reason)``
+    """
     last = 0.0
 
     def report(env_steps: int) -> None:
         nonlocal last
         if time.monotonic() - last > REPORT_SECONDS:
             last = time.monotonic()
-            pipe.send(("progressed", env_steps))
+            tell(env_steps)
 
     try:
         return "finished", work(report)

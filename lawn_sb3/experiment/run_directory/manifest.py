@@ -6,17 +6,23 @@ from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
-from lawn_sb3.errors import UserError
+import yaml
+
+from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.run_directory.files import (
+    CONFIG_FILE,
     FINISHED_FILE,
     LOCK_FILE,
     LOG_FILE,
     MANIFEST_FILE,
+    PROVENANCE_FILE,
     RESULT_FILES,
     WEIGHTS_FILE,
 )
 from lawn_sb3.whole_files import write_json
 
+LATE = "as they were kept; whether that is how the run left them is not known"
+"""What a manifest says of files that it did not see as the run ended."""
 NOT_VOUCHED_FOR = {MANIFEST_FILE, FINISHED_FILE, LOCK_FILE, LOG_FILE}
 """Files that belong to no result, or are written after it."""
 
@@ -40,10 +46,26 @@ def vouch_for(folder: Path, name: str) -> None:
 
 
 def keep_manifest(folder: Path, source: Path) -> None:
-    """Give a copy of some files of a run a manifest, if the run has one: how it was made stays as it says."""
+    """Give a copy of some files of a run a manifest: how it was made stays as the run's own says, if it has one."""
     manifest = read_manifest(source)
     if manifest is not None:
         write_manifest(folder, manifest["made"])
+    else:
+        vouch_late(folder)
+
+
+def vouch_late(folder: Path) -> None:
+    """Vouch for all files of a run that was made without a manifest, as they are now; the manifest says so.
+
+    :param folder: the run's directory
+    :raises UserError: if it does not say how it was made
+    """
+    try:
+        record = json.loads((folder / PROVENANCE_FILE).read_text(encoding="utf-8"))
+        configuration = yaml.safe_load((folder / CONFIG_FILE).read_text(encoding="utf-8"))
+        write_manifest(folder, {**record, "configuration": configuration, "vouched_for": LATE})
+    except (OSError, ValueError, TypeError, yaml.YAMLError) as error:
+        raise UserError(f"{str(folder)!r} does not say how it was made: {first_line(error)}") from None
 
 
 def read_manifest(folder: Path) -> dict[str, Any] | None:

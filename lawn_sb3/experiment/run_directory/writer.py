@@ -2,7 +2,8 @@
 
 The lock is the system's own, so that it goes when its holder ends, however that ended. On a shared file system that
 knows no locks, the file itself is the lock; whoever finds one there of a process that has ended on the same host takes
-it over.
+it over. A writer whose machine has ended may hold its lock for a while, or for ever: it is taken over once somebody has
+said so.
 """
 
 import json
@@ -13,14 +14,36 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import NamedTuple, Self
 
-from filelock import FileLock, Timeout
+from filelock import BaseFileLock, FileLock, Timeout
 
 from lawn_sb3.errors import HeldError
 from lawn_sb3.experiment.run_directory.files import LOCK_FILE
 
 PATIENCE_SECONDS = 3.0
 """How long a writer that was ended may take to let go: its processes have two seconds."""
+LEASE_SECONDS = 120.0
+"""How long the lock of a writer who has ended is waited for before it is taken over.
+
+Servers of NFS keep the locks of a machine that is gone for one lease, 90 s as a rule. A machine that is only cut off
+from its Ray cluster ends its processes within 60 s."""
+
+
+class Writer(NamedTuple):
+    """Who writes, or wrote, in a folder."""
+
+    host: str
+    pid: int
+
+    @classmethod
+    def here(cls) -> Self:
+        """Take this process."""
+        return cls(socket.gethostname(), os.getpid())
+
+
+ENDED: set[Writer] = set()
+"""Writers who are known to have ended, though a shared file system may not know it: they lose their locks."""
 
 
 @contextmanager
@@ -33,16 +56,13 @@ def only_writer(folder: Path) -> Iterator[None]:
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK_FILE
     lock = FileLock(path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", UserWarning)  # that the file itself is the lock
-            lock.acquire(timeout=PATIENCE_SECONDS)
-    except Timeout:
-        raise HeldError(f"{str(folder)!r} is being written by {_holder(path)}: wait for it, or end it") from None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # that the file itself is the lock
+        _acquire(lock, path)
     try:
         if isinstance(lock, FileLock):  # else it is a SoftFileLock by now, whose file has its own content
             since = datetime.now(UTC).isoformat(timespec="seconds")
-            path.write_text(json.dumps({"host": socket.gethostname(), "pid": os.getpid(), "since": since}), "utf-8")
+            path.write_text(json.dumps({**Writer.here()._asdict(), "since": since}), "utf-8")
         remove_parts(folder)
         yield
     finally:
@@ -78,11 +98,32 @@ def remove_parts(folder: Path) -> None:
             left.unlink(missing_ok=True)
 
 
-def _holder(path: Path) -> str:
-    """Who holds a lock, as far as its file says."""
+def _acquire(lock: BaseFileLock, path: Path) -> None:
+    """Get a lock, that of a writer who is known to have ended too.
+
+    :raises HeldError: naming who has it
+    """
+    for seconds in (PATIENCE_SECONDS, LEASE_SECONDS, PATIENCE_SECONDS):
+        try:
+            lock.acquire(timeout=seconds)
+            return
+        except Timeout:
+            holder, since = _holder(path)
+            if holder not in ENDED:
+                who = "another process" if holder is None else f"process {holder.pid} on {holder.host}{since}"
+                raise HeldError(f"{str(path.parent)!r} is being written by {who}: wait for it, or end it") from None
+            if seconds == LEASE_SECONDS:
+                path.unlink(missing_ok=True)  # a lock of a file that has no name any more is nobody's
+
+
+def _holder(path: Path) -> tuple[Writer | None, str]:
+    """Who holds a lock and since when, as far as its file says."""
     try:
         text = path.read_text(encoding="utf-8")
-        holder = json.loads(text)
-        return f"process {holder['pid']} on {holder['host']} since {holder['since']}"
+        if text.startswith("{"):
+            content = json.loads(text)
+            return Writer(content["host"], content["pid"]), f" since {content['since']}"
+        pid, host, *_ = text.split("\n")  # a SoftFileLock's; after a question mark, the host's name space of processes
+        return Writer(host.partition("?")[0], int(pid)), ""
     except (OSError, ValueError, KeyError, TypeError):
-        return "another process"
+        return None, ""

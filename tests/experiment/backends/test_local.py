@@ -84,8 +84,8 @@ def alive(pids: Path) -> list[str]:
     ]
 
 
-def wait_until(holds: Callable[[], bool]) -> None:
-    for _ in range(600):
+def wait_until(holds: Callable[[], bool], seconds: int = 60) -> None:
+    for _ in range(10 * seconds):
         if holds():
             return
         time.sleep(0.1)

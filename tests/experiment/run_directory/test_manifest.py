@@ -1,5 +1,6 @@
 """What vouches for a run's files: a changed digit, a halved file or one that is gone is named."""
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from lawn_sb3.experiment.run_directory.manifest import (
     keep_manifest,
     read_manifest,
     vouch_for,
+    vouch_late,
     write_manifest,
 )
 
@@ -19,6 +21,8 @@ from lawn_sb3.experiment.run_directory.manifest import (
 def run(tmp_path: Path) -> Path:
     for name in ("progress.csv", "provenance.json", "config.yaml"):
         (tmp_path / name).write_text(f"{name} 1.25\n")
+    (tmp_path / "provenance.json").write_text('{"command": "lawn-sb3 train",\n"seconds": 1.25}\n')
+    (tmp_path / "config.yaml").write_text("seed: 1.25\n")
     (tmp_path / "finished").write_text("later")
     write_manifest(tmp_path, {"command": "lawn-sb3 train", "commit": "abc"})
     return tmp_path
@@ -55,11 +59,28 @@ def test_a_manifest_vouches_for_itself(run: Path) -> None:
         altered_files(run)
 
 
-def test_a_run_without_a_manifest_stays_without_one(run: Path, tmp_path: Path) -> None:
+def test_a_run_without_a_manifest_stays_without_one(run: Path) -> None:
     (run / "manifest.json").unlink()
     vouch_for(run, "progress.csv")
-    copy = tmp_path / "copy"
-    copy.mkdir()
-    keep_manifest(copy, run)
-    assert not list(tmp_path.rglob("manifest.json"))
+    assert not (run / "manifest.json").exists()
     assert altered_files(run) == []
+
+
+def test_a_copy_of_it_that_is_kept_has_one_that_says_since_when(run: Path, tmp_path: Path) -> None:
+    (run / "manifest.json").unlink()
+    copy = tmp_path / "copy"
+    shutil.copytree(run, copy, ignore=shutil.ignore_patterns("copy"))
+    keep_manifest(copy, run)
+    manifest = read_manifest(copy)
+    assert manifest is not None
+    assert manifest["made"] == {
+        "command": "lawn-sb3 train",
+        "seconds": 1.25,
+        "configuration": {"seed": 1.25},
+        "vouched_for": "as they were kept; whether that is how the run left them is not known",
+    }
+    (copy / "progress.csv").write_text("progress.csv 1.26\n")
+    assert altered_files(copy) == ["progress.csv"]
+    (copy / "provenance.json").write_text("{")
+    with pytest.raises(UserError, match="does not say how it was made"):
+        vouch_late(copy)

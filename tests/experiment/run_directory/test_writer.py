@@ -10,7 +10,7 @@ import pytest
 from lawn_sb3.errors import HeldError
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.experiment.run_directory import writer
-from lawn_sb3.experiment.run_directory.writer import only_writer
+from lawn_sb3.experiment.run_directory.writer import Writer, only_writer
 
 HOLD = (
     "import sys; from pathlib import Path; from lawn_sb3.experiment.run_directory.writer import only_writer\n"
@@ -63,4 +63,35 @@ def test_a_file_system_without_locks_gets_a_file_that_is_one(run: Path, monkeypa
         assert (run / "lock").exists()
         with pytest.raises(HeldError, match="being written by"), only_writer(run):
             pytest.fail("came in")
+    assert not list(run.iterdir())
+
+
+def test_a_writer_who_is_known_to_have_ended_loses_its_lock_and_no_other(
+    run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "LEASE_SECONDS", 0.1)
+    other = other_writer(run)  # as the server of a file system may have it of a machine that is gone
+    monkeypatch.setattr(writer, "ENDED", {Writer(Writer.here().host, other.pid + 1), Writer("elsewhere", other.pid)})
+    with pytest.raises(HeldError), only_writer(run):
+        pytest.fail("came in")
+    monkeypatch.setattr(writer, "ENDED", {Writer(Writer.here().host, other.pid)})
+    with only_writer(run):
+        assert f'"pid": {os.getpid()}' in (run / "lock").read_text()
+    other.communicate()
+    assert not list(run.iterdir())
+
+
+def test_so_does_one_that_had_a_file_for_a_lock(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def missing(*_: object) -> bool:
+        raise OSError(38, "Function not implemented")
+
+    monkeypatch.setattr("filelock._unix.lock_fd_nonblocking", missing)
+    monkeypatch.setattr(writer, "LEASE_SECONDS", 0.1)
+    run.mkdir()
+    (run / "lock").write_text("12\nelsewhere?pidns-1f\n")
+    with pytest.raises(HeldError, match="process 12 on elsewhere: wait"), only_writer(run):
+        pytest.fail("came in")
+    monkeypatch.setattr(writer, "ENDED", {Writer("elsewhere", 12)})
+    with only_writer(run):
+        assert str(os.getpid()) in (run / "lock").read_text()
     assert not list(run.iterdir())
