@@ -22,7 +22,7 @@ from lawn_sb3.errors import FailedRunsError, UserError
 from lawn_sb3.experiment.backends.choice import find_backend
 from lawn_sb3.experiment.cell import Cell, cells
 from lawn_sb3.experiment.policy_places import locate
-from lawn_sb3.experiment.recipe import Recipe, check_policies, load_recipe, read_recipe
+from lawn_sb3.experiment.recipe import Recipe, check_policies, read_recipe
 from lawn_sb3.experiment.reproduce import run_cells
 from lawn_sb3.experiment.run_directory.configuration import check_finished, is_finished
 from lawn_sb3.experiment.run_directory.files import ABLATION_FILES, MANIFEST_FILE, RESULT_FILES, WEIGHTS_FILE
@@ -57,10 +57,12 @@ def reproduce(
 
     Finished runs are kept, interrupted ones are resumed, those made with other settings are made anew.
     """
-    recipe, command = load_recipe(shipped_recipe(recipe_path)), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
+    source, command = shipped_recipe(recipe_path), f"lawn-sb3 reproduce {recipe_path.as_posix()}"
+    recipe = read_recipe(source)
+    workers = find_backend(backend, jobs, address)
+    check_policies(recipe, source)
     runs = recipe_path.parent / recipe.name
     todo = cells(recipe, runs)
-    workers = find_backend(backend, jobs, address)
     _try_methods(todo)
 
     from lawn_sb3.experiment.after_training import add_costs, add_regrets, add_scaling
@@ -113,8 +115,8 @@ def ablate(
     source = shipped_recipe(recipe_path)
     recipe = read_recipe(source)
     locate(policy)
-    check_policies(recipe, source)
     workers = find_backend(backend, jobs, address)
+    check_policies(recipe, source)
 
     from lawn_sb3.experiment.ablation import with_policy
     from lawn_sb3.report.contents import build_report
@@ -264,9 +266,9 @@ def tune(
     show: Annotated[bool, typer.Option("--show", help="run nothing, only show the trials so far")] = False,
 ) -> None:
     """Search for settings: as many trials for every method, on seeds apart from the reported ones."""
+    workers = find_backend(backend, jobs, address)
     search, methods = load_search(search_path)
     file = search_path.with_suffix(".csv")
-    workers = find_backend(backend, jobs, address)
 
     from lawn_sb3.experiment.tuning import ranked_settings, read_trainings, run_search
 

@@ -78,11 +78,11 @@ def wait_for(path: Path, seen: Path, report: Report) -> str:
     (seen / str(os.getpid())).touch()
     while not path.exists():
         time.sleep(0.05)
-    return ray.get_runtime_context().get_node_id()
+    return str(ray.get_runtime_context().get_node_id())
 
 
 def test_jobs_end_as_they_do_on_this_machine(cluster: Any, tmp_path: Path) -> None:
-    jobs = {
+    jobs: dict[str, Callable[[Report], object]] = {
         "dies": partial(die, signal.SIGKILL),
         "one": partial(answer, 1),
         "raises": refuse,
