@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 CLUSTER := .venv-cluster
+SITE := import sysconfig; print(sysconfig.get_path('purelib'))
 JOBS ?= 2
 RUN ?= paper
 
@@ -10,7 +11,7 @@ RUN ?= paper
 .PHONY: help install test test-cluster torture lint style types arrows format docs reproduce ablation report ladder bench clean
 
 help: ## list the targets
-	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 18
+	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
 
 $(VENV)/installed: requirements.lock setup.cfg pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -27,8 +28,7 @@ test: install ## run all tests
 
 $(CLUSTER)/installed: $(VENV)/installed
 	$(BIN)/python -m venv $(CLUSTER)
-	$(BIN)/python -c 'import sysconfig; print(f"import site; site.addsitedir({sysconfig.get_path("purelib")!r})")' \
-		> $$($(CLUSTER)/bin/python -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/beside.pth
+	echo "import site; site.addsitedir('$$($(BIN)/python -c "$(SITE)")')" > $$($(CLUSTER)/bin/python -c "$(SITE)")/beside.pth
 	$(CLUSTER)/bin/python -m pip install --quiet --constraint requirements.lock ray==2.60.0
 	@touch $@
 

@@ -80,15 +80,15 @@ def who_writes(folder: Path) -> str | None:
     path = folder / LOCK_FILE
     if not path.exists():
         return None
+    writer, told = _holder(path)
     try:
-        holder = json.loads(path.read_text(encoding="utf-8"))
-        if holder["host"] == socket.gethostname():
-            os.kill(int(holder["pid"]), 0)  # signal 0 asks whether there is such a process
+        if writer is not None and writer.host == Writer.here().host:
+            os.kill(writer.pid, 0)  # signal 0 asks whether there is such a process
     except ProcessLookupError:
         return None
-    except (OSError, ValueError, KeyError, TypeError):  # somebody else's process, or a lock that says less
-        return _holder(path)
-    return _holder(path)
+    except OSError:  # somebody else's process
+        return told
+    return told
 
 
 def remove_parts(folder: Path) -> None:
@@ -108,22 +108,23 @@ def _acquire(lock: BaseFileLock, path: Path) -> None:
             lock.acquire(timeout=seconds)
             return
         except Timeout:
-            holder, since = _holder(path)
-            if holder not in ENDED:
-                who = "another process" if holder is None else f"process {holder.pid} on {holder.host}{since}"
-                raise HeldError(f"{str(path.parent)!r} is being written by {who}: wait for it, or end it") from None
+            writer, told = _holder(path)
+            if writer not in ENDED:
+                raise HeldError(f"{str(path.parent)!r} is being written by {told}: wait for it, or end it") from None
             if seconds == LEASE_SECONDS:
                 path.unlink(missing_ok=True)  # a lock of a file that has no name any more is nobody's
 
 
 def _holder(path: Path) -> tuple[Writer | None, str]:
-    """Who holds a lock and since when, as far as its file says."""
+    """Who holds a lock, as far as its file says, and the words for that."""
     try:
         text = path.read_text(encoding="utf-8")
         if text.startswith("{"):
             content = json.loads(text)
-            return Writer(content["host"], content["pid"]), f" since {content['since']}"
-        pid, host, *_ = text.split("\n")  # a SoftFileLock's; after a question mark, the host's name space of processes
-        return Writer(host.partition("?")[0], int(pid)), ""
+            writer, since = Writer(content["host"], int(content["pid"])), f" since {content['since']}"
+        else:  # of a SoftFileLock; after a question mark stands the host's name space of processes
+            pid, host, *_ = text.split("\n")
+            writer, since = Writer(host.partition("?")[0], int(pid)), ""
     except (OSError, ValueError, KeyError, TypeError):
-        return None, ""
+        return None, "another process"
+    return writer, f"process {writer.pid} on {writer.host}{since}"
