@@ -8,7 +8,7 @@ JOBS ?= 2
 RUN ?= paper
 
 .DEFAULT_GOAL := help
-.PHONY: help install test test-cluster torture lint style types arrows format docs reproduce ablation report ladder bench clean
+.PHONY: help install test test-cluster test-trainers peers torture lint style types arrows format docs reproduce ablation report ladder bench clean
 
 help: ## list the targets
 	@grep -E '^[a-z-]+:.*##' $(MAKEFILE_LIST) | sed -E 's/^([a-z-]+):.*## (.*)/  make \1\t\2/' | expand -t 22
@@ -34,6 +34,21 @@ $(CLUSTER)/installed: $(VENV)/installed
 
 test-cluster: $(CLUSTER)/installed ## install Ray beside .venv, and test trainings on a cluster of two nodes
 	$(CLUSTER)/bin/python -m pytest -m cluster tests/experiment/backends
+
+# What a trainer of another project needs besides this kit lies over .venv in an environment of its own.
+TRAINERS := $(notdir $(basename $(wildcard tests/trainers/requirements/*.txt)))
+
+.venvs/%/installed: tests/trainers/requirements/%.txt $(VENV)/installed
+	$(BIN)/python -m venv --clear .venvs/$*
+	echo "import site; site.addsitedir('$$($(BIN)/python -c "$(SITE)")')" > $$(.venvs/$*/bin/python -c "$(SITE)")/beside.pth
+	.venvs/$*/bin/python -m pip install --quiet --no-deps --requirement $<
+	@touch $@
+
+test-trainers: install $(TRAINERS:%=.venvs/%/installed) ## run the examples of docs/trainers, each trainer in its own environment
+	$(BIN)/python -m pytest tests/trainers
+
+peers: install .venvs/benchmarl/installed .venvs/rllib/installed .venvs/skrl/installed ## train other projects' trainers beside ours
+	$(BIN)/python -m tests.peers
 
 torture: install ## kill runs at random and damage checkpoints, hundreds of times (an hour)
 	$(BIN)/python -m tests.torture
@@ -73,5 +88,5 @@ bench: install ## measure the speed of simulator, environment and training
 	$(BIN)/lawn-sb3 bench
 
 clean: ## remove the virtual environment and caches, keep runs
-	rm -rf $(VENV) $(CLUSTER) build dist docs/_build docs/_made *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(CLUSTER) .venvs build dist docs/_build docs/_made *.egg-info .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -8,6 +8,7 @@ from lawn_sb3.experiment.registry import REPOSITORY
 PATHS = [
     *(REPOSITORY / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")),
     *sorted((REPOSITORY / "docs").glob("*.md")),
+    *sorted((REPOSITORY / "docs" / "trainers").glob("*.md")),
 ]
 PAGES = {path.relative_to(REPOSITORY).as_posix(): path.read_text(encoding="utf-8") for path in PATHS}
 """Texts by path in the repository."""

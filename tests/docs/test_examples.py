@@ -1,8 +1,6 @@
 """Every example on a page does what the page says, as it stands there."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -15,7 +13,7 @@ from tests.docs.pages import PAGES, blocks, prose
 TRIED = {
     "README.md": ("PositionsCriticPolicy", "make_vec_env"),
     "docs/policies.md": ("NearestCriticPolicy",),
-    "docs/other-trainers.md": ("make_vec_env", "skrl"),
+    "docs/other-trainers.md": ("make_vec_env", "ActorPlayer"),
     "docs/planners.md": ("PrioritisedPlayer",),
 }
 """What the Python examples of each page hold, by which the tests below find them."""
@@ -29,6 +27,9 @@ def example(page: str, holds: str) -> str:
 
 def test_every_python_example_is_tried_below() -> None:
     for page in PAGES:
+        if page.startswith("docs/trainers/"):  # tried by tests/trainers
+            assert len(blocks(page, "python")) == 1, page
+            continue
         assert len(blocks(page, "python")) == len(TRIED.get(page, ())), page
         for holds in TRIED.get(page, ()):
             assert example(page, holds)
@@ -92,10 +93,6 @@ def test_a_planner_of_ones_own_is_scored_like_the_others(capsys: pytest.CaptureF
     assert 30.0 < first < second < 55.0
 
 
-def test_another_projects_trainer_learns_and_writes_no_files(tmp_path: Path) -> None:
-    code = f"import torch\ntorch.set_num_threads(1)\n{example('docs/other-trainers.md', 'skrl')}"
-    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    untrained, trained = map(float, re.findall(r"(-?\d+\.\d+) (?:untrained|after)", done.stdout))
-    assert trained > untrained
-    assert not list(tmp_path.iterdir())
+def test_an_actor_of_any_project_is_scored_like_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    exec(compile(example("docs/other-trainers.md", "ActorPlayer"), "other-trainers.md", "exec"), {})
+    assert 0.0 < float(re.findall(r"(\d+\.\d) % arrive", capsys.readouterr().out)[0]) < 100.0
