@@ -3,6 +3,7 @@
 Nothing here needs the compiled game or the learners, so that a recipe is checked before these are loaded.
 """
 
+from numbers import Integral
 from typing import Literal, get_args
 
 from lawn_sb3.errors import UserError
@@ -18,6 +19,11 @@ REWARD_TERMS: tuple[RewardTerm, ...] = get_args(RewardTerm)
 Credit = Literal["own", "difference", "team"]
 """Whose reward a learner is given: the UAV's own; its own less what it takes from the utilities of the others in its
 cell; or the mean over the UAVs of its game."""
+
+
+def is_whole(value: object) -> bool:
+    """Whether something is a whole number, NumPy's too; true and false are none."""
+    return isinstance(value, Integral) and not isinstance(value, bool)
 
 
 def check_fewest(fewest_uavs: int, scenario: Scenario, continuation: Continuation) -> None:

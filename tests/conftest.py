@@ -10,6 +10,7 @@ from rich.console import Console
 
 from lawn_sb3.experiment.after_training import add_regrets
 from lawn_sb3.experiment.cell import Cell, cells
+from lawn_sb3.experiment.checkpoint import Checkpoints
 from lawn_sb3.experiment.recipe import Recipe, load_recipe
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.paper.making import fly_checks
@@ -105,3 +106,10 @@ def lawn(capfd: pytest.CaptureFixture[str]) -> Lawn:
         return said
 
     return run
+
+
+@pytest.fixture
+def often(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A checkpoint whenever there can be one."""
+    original = Checkpoints.__init__
+    monkeypatch.setattr(Checkpoints, "__init__", lambda self, cell, watch: original(self, cell, watch, every=1))

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from lawn_sb3.experiment.plan_episodes import Advance
 
-messages = Console(stderr=True)
+messages = Console(stderr=True, emoji=False)
 
 UNITS = {"_mbps": "Mbps", "_slots": "slots", "_percent": "%"}
 """How names of figures end, and the unit that says."""

@@ -74,6 +74,18 @@ class FlatVecEnv(VecEnvWrapper):
         self.reset_infos = [{} for _ in range(self.num_envs)]
         return observations
 
+    def step_async(self, actions: NDArray[np.integer]) -> None:
+        """Begin a step.
+
+        :param actions: one for each slot [num_envs]
+        :raises UserError: if they are others
+        """
+        chosen = np.asarray(actions)
+        if chosen.shape != (self.num_envs,) or not np.issubdtype(chosen.dtype, np.integer):
+            what = f"{chosen.dtype} of shape {chosen.shape}"
+            raise UserError(f"actions are {what}: must be {self.num_envs} whole numbers, one for each slot")
+        self.venv.step_async(chosen)
+
     def step_wait(self) -> VecEnvStepReturn:
         """Finish a step: observations, rewards, dones (a mission ended) and infos, one per slot."""
         observations, rewards, _, infos = self.venv.step_wait()

@@ -2,6 +2,7 @@
 
 import operator
 import warnings
+from collections.abc import Mapping
 from typing import Any, ClassVar, Literal, NoReturn, TypeVar, get_args
 
 import numpy as np
@@ -12,7 +13,7 @@ from pettingzoo import ParallelEnv
 from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.envs.observation import Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture, draw_text
-from lawn_sb3.envs.training_env import Timeout, check_timeout
+from lawn_sb3.envs.training_env import Timeout, check_scenario, check_timeout
 from lawn_sb3.envs.window import Window
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
@@ -79,12 +80,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
     ) -> None:
         if render_mode is not None and render_mode not in self.metadata["render_modes"]:
             raise UserError(f"render_mode {render_mode!r}: one of {', '.join(self.metadata['render_modes'])}, or none")
-        if not isinstance(scenario, Scenario):
-            raise UserError(
-                f"scenario {scenario!r} is no Scenario; load_scenario(NAME) makes one, and lawn_v0.parallel_env(NAME) "
-                "takes a name"
-            )
-        self.scenario = scenario
+        self.scenario = check_scenario(scenario)
         self.timeout = check_timeout(timeout)
         self.render_mode = render_mode
         self.leaving = leaving
@@ -128,6 +124,8 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         :return: observations and infos
         :raises UserError: if a mission given by hand cannot be flown
         """
+        if options is not None and not isinstance(options, Mapping):
+            raise UserError(f"options = {options!r}: a dictionary, such as {{'missions': (origins, destinations)}}")
         options = dict(options or {})
         missions = options.pop("missions", None)
         for key in options:
@@ -152,23 +150,28 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
 
         :param actions: one action per UAV in ``agents``
         :return: observations, rewards, terminations, truncations and infos of the UAVs that flew this slot
-        :raises UserError: if an action is missing or does not exist, or no game was started
+        :raises UserError: if an action is missing or does not exist, a UAV does not, or no game was started
         """
         if not self._started:
             raise UserError("no game was started: reset() starts one")
+        if not isinstance(actions, Mapping):
+            raise UserError(f"actions = {actions!r}: one for each UAV in the air, by its name")
         flew = self.agents  # nobody after the end, where SuperSuit's ``black_death`` asks once more
         missing = [agent for agent in flew if agent not in actions]
         if missing:
             raise UserError(f"no action for {', '.join(missing)}: every UAV in the air needs one")
         index = {agent: i for i, agent in enumerate(self.possible_agents)}
+        if unknown := [agent for agent in actions if agent not in index]:
+            raise UserError(f"action of {unknown[0]!r}: there are {', '.join(self.possible_agents)}")
         joint = np.zeros((1, len(index)), dtype=np.int64)
         for agent in flew:
             try:
-                joint[0, index[agent]] = operator.index(actions[agent])
+                action = operator.index(actions[agent])
             except TypeError:
                 raise UserError(f"action of {agent} = {actions[agent]!r}: a whole number") from None
-            if not 0 <= joint[0, index[agent]] < len(self.action_table):
+            if not 0 <= action < len(self.action_table):
                 raise UserError(f"action of {agent} = {actions[agent]!r}: from 0 to {len(self.action_table) - 1}")
+            joint[0, index[agent]] = action
         if not (self.leaving or self._warned):
             self._warn_of_masked(joint[0])
         self._trail.append(self.simulator.state.position[0].copy())

@@ -8,10 +8,10 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 from pettingzoo import ParallelEnv
 
-from lawn_sb3.choices import REWARD_TERMS, Continuation, Credit, RewardTerm
-from lawn_sb3.envs.observation import Extra, Observer, space_of
+from lawn_sb3.choices import REWARD_TERMS, Continuation, Credit, RewardTerm, is_whole
+from lawn_sb3.envs.observation import EXTRAS, Extra, Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture
-from lawn_sb3.errors import unknown_name
+from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.externality import losses_to_others
 from lawn_sb3.game.simulator import Simulator, Snapshot
 from lawn_sb3.game.state import Outcome
@@ -25,6 +25,16 @@ def check_timeout(timeout: Timeout) -> Timeout:
     if timeout not in get_args(Timeout):
         raise unknown_name("timeout", timeout, get_args(Timeout))
     return timeout
+
+
+def check_scenario(scenario: Scenario) -> Scenario:
+    """Refuse what is no scenario, such as the name of one."""
+    if not isinstance(scenario, Scenario):
+        raise UserError(
+            f"scenario {scenario!r} is no Scenario; load_scenario(NAME) makes one, and lawn_v0.parallel_env(NAME) "
+            "takes a name"
+        )
+    return scenario
 
 
 class TrainingEnv(ParallelEnv):  # type: ignore[misc]
@@ -59,9 +69,14 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         credit: Credit = "own",
         fewest_uavs: int | None = None,
     ) -> None:
-        self.scenario = scenario
+        self.scenario = check_scenario(scenario)
         self.timeout = check_timeout(timeout)
+        if slack is not None and not (is_whole(slack) and slack >= 0):
+            raise UserError(f"slack = {slack!r}: a whole number from 0 up")
         self.slack = slack
+        for extra in extras:
+            if extra not in EXTRAS:
+                raise unknown_name("extra", extra, EXTRAS)
         if credit not in get_args(Credit):
             raise unknown_name("credit", credit, get_args(Credit))
         self.credit = credit

@@ -31,7 +31,7 @@ def find_policy(name: str) -> type[BasePolicy]:
 def _from_module(what: str, module_name: str, class_name: str) -> type[BasePolicy]:
     try:
         module = importlib.import_module(module_name)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise UserError(f"{what}: module {module_name!r} cannot be imported: {_reason(error)}") from error
     found = getattr(module, class_name, None)
     if found is None:
@@ -41,7 +41,7 @@ def _from_module(what: str, module_name: str, class_name: str) -> type[BasePolic
     return found
 
 
-def _reason(error: Exception) -> str:
+def _reason(error: BaseException) -> str:
     """What an import failed of, in one line."""
     return f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
 
@@ -71,7 +71,7 @@ def _import_file(module_name: str, path: Path) -> ModuleType:
     sys.modules[module_name] = module
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         del sys.modules[module_name]
         raise UserError(f"policy file {str(path)!r} cannot be imported: {_reason(error)}") from error
     return module

@@ -10,7 +10,7 @@ from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.errors import UserError, first_line
-from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
+from lawn_sb3.experiment.run_directory.files import FINISHED_FILE, MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.whole_files import whole_file
 
 MOST_BYTES = 1_000_000
@@ -76,5 +76,6 @@ def load_networks(model: BaseAlgorithm, directory: Path) -> None:
         model.set_parameters(parameters, device="cpu")
     except FileNotFoundError:
         raise UserError(f"{str(path)!r} is missing: the run has not finished, or its model was not kept") from None
-    except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, pickle.UnpicklingError) as error:
-        raise UserError(f"{str(path)!r} is not a whole model of this method: {first_line(error)}") from None
+    except (zipfile.BadZipFile, ValueError, RuntimeError, KeyError, EOFError, OSError, pickle.UnpicklingError) as error:
+        what = f"{str(path)!r} is not a whole model of this method: {first_line(error)}"
+        raise UserError(f"{what}; without {str(directory / FINISHED_FILE)!r} the run is made anew") from None

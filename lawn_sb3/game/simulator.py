@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from lawn_sb3.choices import Continuation, check_fewest
+from lawn_sb3.choices import Continuation, check_fewest, is_whole
 from lawn_sb3.errors import UserError, unknown_name
 from lawn_sb3.game.airspace import Missions, check_missions, draw_missions, moves_in_time, moves_inside
 from lawn_sb3.game.kernel import renew_missions, start_games, step_games, thin_games
@@ -49,8 +49,8 @@ class Simulator:
         continuation: Continuation = "mission",
         fewest_uavs: int | None = None,
     ) -> None:
-        if num_games < 1:
-            raise UserError(f"num_games = {num_games}: at least 1 game")
+        if not is_whole(num_games) or num_games < 1:
+            raise UserError(f"num_games = {num_games!r}: at least 1 game")
         if continuation not in get_args(Continuation):
             raise unknown_name("continuation", continuation, get_args(Continuation))
         if fewest_uavs is not None:
@@ -77,9 +77,10 @@ class Simulator:
         :raises UserError: if a mission cannot be flown
         """
         if seed is not None or not hasattr(self, "_rng"):
-            if isinstance(seed, int) and seed < 0:
-                raise UserError(f"seed = {seed}: a whole number from 0 up")
-            self._rng = np.random.default_rng(seed)
+            try:
+                self._rng = np.random.default_rng(seed)
+            except (TypeError, ValueError):
+                raise UserError(f"seed = {seed!r}: a whole number from 0 up") from None
         drawn = missions is None
         if missions is None:
             missions = draw_missions(self.scenario, self.num_games, self._rng)

@@ -51,6 +51,11 @@ def test_a_file_dropped_into_policies_of_the_working_directory_is_found(folder: 
     ("source", "expected"),
     [
         ("import nothing_of_that_name", "ModuleNotFoundError"),
+        ("class Own(:", "SyntaxError"),
+        ("class Own:\npass", "IndentationError"),
+        ("\0", "SyntaxError"),
+        ("x = 1 / 0", "ZeroDivisionError: division by zero"),
+        ("raise SystemExit(0)", "cannot be imported: SystemExit: 0"),
         ("x = 1", r"must hold one policy class, found 0 \(its classes: no class\)"),
         ("class Own:\n    pass", r"found 0 \(its classes: Own\); a policy derives from lawn_sb3"),
         (OWN_POLICY + OWN_POLICY.replace("OwnPolicy", "Another"), "found 2"),

@@ -1,6 +1,6 @@
 """Recipes killed at random, as a group, by their parent alone, or by one worker, and begun again each time.
 
-What they leave in the end has to be what they leave when nobody kills them. A third of the kills falls before the first
+What they leave in the end has to be what they leave when nobody kills them. Half of the kills may fall before the first
 checkpoint, the others wait for one. ``python -m tests.torture.kills [NUMBER]``: how many kills of each learner, 20 by
 default. Looks at ``/proc``: Linux alone.
 """
@@ -35,7 +35,7 @@ EVALUATION = {"episodes": 5, "record_every": 1_000, "watch_every": 4_000, "watch
 KINDS = ("group", "parent", "worker")
 """In turns, as a run whose worker is killed twice by one and the same parent is given up."""
 RAW = ("*.csv", "config.yaml")
-EARLY_EVERY = 3
+EARLY_EVERY = 2
 """One in so many of each kind of kill is early: it does not wait for a checkpoint."""
 SECONDS = 2.0
 """How long a process may outlive the one that started it,"""
@@ -260,16 +260,17 @@ def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
     chance, kills, slowest, busiest = random.Random(0), Counter[str](), 0.0, 0.0
     rounds = files = models = gone_on = later = 0
     had_checkpoint: set[Path] = set()
+    share = 1.0  # of the pace: less where runs are done before they could be killed, as the machine is faster by now
     process = begin(recipe)
     while True:
         if kills.total() == number:
             process.wait()
         elif wait_for_workers(process):
             if kills.total() // len(KINDS) % EARLY_EVERY == 0:
-                time.sleep(chance.uniform(0.0, pace.first_checkpoint))
+                time.sleep(chance.uniform(0.0, share * pace.first_checkpoint))
             else:
                 wait_for_a_checkpoint(process, killed)
-                time.sleep(chance.uniform(0.0, pace.after))
+                time.sleep(chance.uniform(0.0, share * pace.after))
         pids = workers(process.pid)
         if process.poll() is not None:
             assert process.returncode == 0, said.read_text()
@@ -278,10 +279,12 @@ def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
             gone_on += check_resumed(killed, had_checkpoint)
             if kills.total() == number:
                 return Result(kills, later, rounds, files, gone_on, models, slowest, busiest)
+            share /= 2.0
             shutil.rmtree(killed)
             had_checkpoint.clear()
             process = begin(recipe)
         elif pids:  # else it is writing its report
+            share = min(1.0, 1.2 * share)
             kind = KINDS[kills.total() % len(KINDS)]
             kills[kind] += 1
             victims = [chance.choice(pids)] if kind == "worker" else pids

@@ -139,15 +139,19 @@ class PlainlySaved(BaseAlgorithm):
             except (KeyError, TypeError, IndexError) as error:
                 raise ValueError(f"{_called(path)} is damaged: {name} cannot be read") from error
         values |= given
-        trained = values["policy_kwargs"].get("layout")
-        if env is not None:
-            env = cls._wrap_env(env, values["verbose"])
-            values |= cls._fitted(values, env)
-            check_for_correct_spaces(env, values["observation_space"], values["action_space"])
-            values["n_envs"] = env.num_envs
-        model = cls(policy=values["policy_class"], env=env, device=device, _init_setup_model=False)  # type: ignore[call-arg]
-        vars(model).update(values | kwargs)
-        model._setup_model()
+        try:
+            trained = values["policy_kwargs"].get("layout")
+            if env is not None:
+                env = cls._wrap_env(env, values["verbose"])
+                values |= cls._fitted(values, env)
+                check_for_correct_spaces(env, values["observation_space"], values["action_space"])
+                values["n_envs"] = env.num_envs
+            model = cls(policy=values["policy_class"], env=env, device=device, _init_setup_model=False)  # type: ignore[call-arg]
+            vars(model).update(values | kwargs)
+            model._setup_model()
+        except (AssertionError, AttributeError, LookupError, NotImplementedError, TypeError) as error:
+            what = f"{type(error).__name__}: {next(iter(str(error).splitlines()), '')}"
+            raise ValueError(f"{_called(path)} makes no {cls.__name__} by its settings: {what}") from error
         try:
             model.set_parameters(parameters, exact_match=True, device=device)
         except RuntimeError as error:
@@ -198,6 +202,8 @@ def _read(
                     "it was written by SB3 or by an earlier version, and its settings could only be read by running "
                     "what it holds; set_parameters reads its weights"
                 )
+            if len(settings["format"]) != 2 or settings["format"][0] != FORMAT:
+                raise ValueError(f"its format is {settings['format']}, this version reads {FORMAT} alone")
             with np.load(io.BytesIO(archive.read(ARRAYS)), allow_pickle=False) as stored:
                 arrays = {name: stored[name] for name in stored.files}
             parameters = {

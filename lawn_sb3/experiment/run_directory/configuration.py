@@ -6,6 +6,8 @@ from typing import Any
 
 import yaml
 
+from lawn_sb3.choices import is_whole
+from lawn_sb3.config import validated
 from lawn_sb3.errors import UserError, first_line
 from lawn_sb3.experiment.cell import NOT_IN_RESULTS, Cell
 from lawn_sb3.experiment.policy_places import check_trusted
@@ -31,19 +33,25 @@ def load_run(directory: Path, trusted: Collection[str] = ()) -> Cell:
     path = directory / CONFIG_FILE
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
-        if not isinstance(values["seed"], int) or values["seed"] < 0:
+        if not isinstance(values, dict):
+            raise ValueError("it holds no keys and values")
+        if lacking := [name for name in ("key", "seed", "method", "scenario", "evaluation") if name not in values]:
+            raise ValueError(f"{lacking[0]} is missing")
+        if not is_whole(values["seed"]) or values["seed"] < 0:
             raise ValueError(f"seed = {values['seed']!r}: a whole number from 0 up")
+        if not isinstance(values["key"], str) or Path(values["key"]).name != values["key"]:
+            raise ValueError(f"key = {values['key']!r}: the name of a method, or of a folder")
         cell = Cell(
             key=values["key"],
-            method=Method.model_validate(values["method"]),
+            method=validated(Method, values["method"], "method"),
             seed=values["seed"],
-            scenario=Scenario.model_validate(values["scenario"]),
-            evaluation=Evaluation.model_validate(values["evaluation"]),
+            scenario=validated(Scenario, values["scenario"], "scenario"),
+            evaluation=validated(Evaluation, values["evaluation"], "evaluation"),
             directory=directory,
         )
     except OSError as error:
         raise UserError(f"{str(directory)!r} holds no run: {path.name}: {error.strerror}") from None
-    except (yaml.YAMLError, KeyError, TypeError, ValueError, AttributeError) as error:
+    except (yaml.YAMLError, ValueError) as error:
         raise UserError(f"{str(path)!r} is not the configuration of a run: {first_line(error)}") from None
     if cell.method.policy is not None:
         check_trusted(cell.method.policy, trusted, repr(str(path)))

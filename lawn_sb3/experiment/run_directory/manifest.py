@@ -82,7 +82,7 @@ def read_manifest(folder: Path) -> dict[str, Any] | None:
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        raise UserError(f"{MANIFEST_FILE} is damaged: nothing vouches for the run's files") from None
+        raise UserError(f"{str(folder / MANIFEST_FILE)!r} is damaged: nothing vouches for the run's files") from None
     manifest: dict[str, Any] = content
     return manifest
 

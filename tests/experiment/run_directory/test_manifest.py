@@ -55,7 +55,7 @@ def test_a_result_that_was_slipped_in_is_named_and_one_that_is_added_in_order_is
 def test_a_manifest_vouches_for_itself(run: Path) -> None:
     path = run / "manifest.json"
     path.write_text(path.read_text().replace("abc", "abd"))
-    with pytest.raises(UserError, match=r"manifest\.json is damaged"):
+    with pytest.raises(UserError, match=r"manifest\.json' is damaged"):
         altered_files(run)
 
 
