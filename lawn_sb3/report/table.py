@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
-import tabulate
 
+from lawn_sb3.results.markdown import markdown_table
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import Interval
 from lawn_sb3.whole_files import write_text
@@ -42,9 +42,6 @@ MOST_ROWS = 30
 _SIGNS = re.compile("|".join(re.escape(sign) for sign in sorted(IN_LATEX, key=len, reverse=True)))
 
 
-tabulate.WIDE_CHARS_MODE = False  # else columns are wider or narrower where wcwidth is installed, as Jupyter does
-
-
 class Table(NamedTuple):
     """A table and what it shows."""
 
@@ -60,7 +57,7 @@ class Table(NamedTuple):
     def as_markdown(self) -> str:
         """The table for a forge, without its caption."""
         shown = self.shown.map(lambda text: text.replace("|", "\\|"))
-        return str(shown.to_markdown(index=False, disable_numparse=True))
+        return markdown_table(shown)
 
     def as_csv(self) -> str:
         """The numbers for machines, with six digits."""

@@ -13,6 +13,7 @@ from lawn_sb3.paper.identification.random_row import FIGURES, LEAST
 from lawn_sb3.paper.identification.result import Identification
 from lawn_sb3.paper.printed_values import TABLE_II, TEST_EPISODES
 from lawn_sb3.paper.standard_error import DISFAVOURED_Z, RULED_OUT_Z
+from lawn_sb3.results.markdown import markdown_table
 
 
 def as_markdown(result: Identification) -> str:
@@ -123,7 +124,7 @@ def _random_text(random: pd.DataFrame) -> pd.DataFrame:
 
 def _table(frame: pd.DataFrame, decimals: int) -> str:
     text = frame.map(lambda cell: _cell(cell, decimals)).rename(columns=lambda name: name.replace("_", " "))
-    return str(text.to_markdown(index=False, disable_numparse=True))
+    return markdown_table(text)
 
 
 def _cell(cell: object, decimals: int) -> str:

@@ -141,7 +141,7 @@
         xaxis: axis("x (m)", 0, width), yaxis: axis("y (m)", 0, length),
         zaxis: axis("z (m)", game.low, game.low + height), aspectmode: "manual",
         aspectratio: { x: width / longer, y: length / longer, z: Math.max(height / longer, game.flattest) },
-        camera: { eye: { x: -0.68 * away, y: -1.3 * away, z: 0.88 * away }, center: { x: 0, y: 0, z: -0.1 } },
+        camera: { eye: { x: -0.68 * away, y: -1.3 * away, z: 0.88 * away }, center: { x: 0, y: 0, z: -0.15 } },
         uirevision: "as turned",
       },
     };
@@ -182,7 +182,7 @@
   const heat = (track) => ({
     type: "heatmap", x: range(track.slots + 1), y: game.gbs.map((_, b) => b),
     z: game.gbs.map((_, b) => track.loads.map((loads) => loads[b])), zmin: 0, zmax: mostLoad, colorscale: loadScale(),
-    showscale: false, xgap: 1, ygap: 1, hovertemplate: "GBS %{y}, slot %{x}: %{z} UAVs<extra></extra>",
+    showscale: false, xgap: track.slots > 50 ? 0 : 1, ygap: 1, hovertemplate: "GBS %{y}, slot %{x}: %{z} UAVs<extra></extra>",
     texttemplate: game.gbs.length <= mostNamedCells && track.slots <= 20 ? "%{z}" : "",
   });
 
