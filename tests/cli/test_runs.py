@@ -1,7 +1,11 @@
 """Runs at hand: they are listed as they stand, compared on the same missions, and trained by seeds."""
 
 import json
+import os
 import shutil
+import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import pandas as pd
@@ -41,7 +45,13 @@ def test_a_run_is_listed_as_far_as_it_is(lawn: Lawn, runs: Path) -> None:
     (run / "seed-1" / LOCK_FILE).write_text('{"host": "elsewhere", "pid": 1, "since": "now"}')
     states = {name: row["state"] for name, row in listed(lawn, run).items()}
     assert states == {"seed-0": "interrupted", "seed-1": "running"}
-    (run / "seed-0" / EVALUATION_FILE).unlink()
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    ended.wait()
+    holder = {"host": socket.gethostname(), "pid": ended.pid, "since": "now"}
+    (run / "seed-0" / LOCK_FILE).write_text(json.dumps(holder))
+    (run / "seed-1" / LOCK_FILE).write_text(json.dumps(holder | {"pid": os.getpid()}))
+    states = {name: row["state"] for name, row in listed(lawn, run).items()}
+    assert states == {"seed-0": "interrupted", "seed-1": "running"}  # whoever held the first has ended
     (run / "seed-0" / "config.yaml").write_text("seed: [")
     assert "is not the configuration of a run" in str(listed(lawn, run)["seed-0"]["state"])
 
