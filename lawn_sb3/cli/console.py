@@ -43,6 +43,14 @@ Trusted = Annotated[
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print one JSON object on standard output and nothing else")]
 RecipePath = Annotated[Path, typer.Argument(help="the recipe")]
+Jobs = Annotated[
+    int | None,
+    typer.Option(min=1, help="runs side by side, one core each; default: 2, or all that a cluster has room for"),
+]
+BackendName = Annotated[str, typer.Option("--backend", help="who does the work: local, this machine; ray, a cluster")]
+Address = Annotated[
+    str | None, typer.Option(help="of the cluster: HOST:PORT; default: RAY_ADDRESS, or one that runs on this machine")
+]
 
 
 def say(text: str, style: str | None = None) -> None:

@@ -11,6 +11,9 @@ from rich.table import Table
 from lawn_sb3.cli.console import (
     ABLATION_RECIPE,
     PAPER_RECIPE,
+    Address,
+    BackendName,
+    Jobs,
     RecipePath,
     interruptible,
     messages,
@@ -35,15 +38,6 @@ if TYPE_CHECKING:
     from lawn_sb3.report.document import Report
 
 app = typer.Typer()
-
-Jobs = Annotated[
-    int | None,
-    typer.Option(min=1, help="runs side by side, one core each; default: 2, or all that a cluster has room for"),
-]
-BackendName = Annotated[str, typer.Option("--backend", help="who does the work: local, this machine; ray, a cluster")]
-Address = Annotated[
-    str | None, typer.Option(help="of the cluster: HOST:PORT; default: RAY_ADDRESS, or one that runs on this machine")
-]
 
 
 @app.command()

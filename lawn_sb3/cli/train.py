@@ -8,11 +8,23 @@ from typing import Annotated, Any
 
 import typer
 
-from lawn_sb3.cli.console import PAPER_RECIPE, Changes, fail, interruptible, messages, print_figures, say
+from lawn_sb3.cli.console import (
+    PAPER_RECIPE,
+    Address,
+    BackendName,
+    Changes,
+    Jobs,
+    fail,
+    interruptible,
+    messages,
+    print_figures,
+    say,
+)
 from lawn_sb3.cli.runs import show_runs
 from lawn_sb3.config import parse_overrides
 from lawn_sb3.errors import UserError, said, unknown_name
-from lawn_sb3.experiment.backends.local import LocalBackend
+from lawn_sb3.experiment.backends.choice import find_backend
+from lawn_sb3.experiment.backends.job import Backend
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Evaluation, Method, honest_label, parse_method, read_recipe
 from lawn_sb3.experiment.registry import ALGORITHMS
@@ -56,7 +68,9 @@ def train(
     seeds: Annotated[
         str | None, typer.Option(help="train one run for each instead, in --out/seed-K: 0-4, or 0,2,7")
     ] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="with --seeds: runs side by side; default: 2")] = None,
+    jobs: Jobs = None,
+    backend: BackendName = "local",
+    address: Address = None,
     env_steps: Annotated[
         int | None, typer.Option(min=1, help="budget: joint slots of one game; default: 150000, or the method's own")
     ] = None,
@@ -75,8 +89,9 @@ def train(
     runs/paper.yaml for the same algorithm and policy.
     """
     chosen = _seeds(seed, seeds)
-    if jobs is not None and seeds is None:
-        raise UserError("--jobs: only --seeds trains several runs, side by side")
+    if seeds is None and (jobs is not None or backend != "local" or address is not None):
+        raise UserError("--jobs, --backend and --address: only for several runs, with --seeds")
+    workers = find_backend(backend, jobs, address)
     settings = parse_overrides(hyperparams, "--hyperparams") | ({} if device == "cpu" else {"device": device})
     if (recipe_path is None) != (method is None):
         raise UserError("name both --recipe FILE and --method NAME, or neither")
@@ -93,7 +108,7 @@ def train(
     changed = _changed(cell.method, settings, env_steps=env_steps, num_games=num_games)
     cell = replace(cell, method=changed, seed=chosen[0], directory=out)
     if seeds is not None:
-        _train_seeds([replace(cell, seed=one, directory=out / f"seed-{one}") for one in chosen], out, jobs or 2)
+        _train_seeds([replace(cell, seed=one, directory=out / f"seed-{one}") for one in chosen], out, workers)
         return
     if _has_to_run(cell):
         from lawn_sb3.experiment.train import try_method
@@ -127,7 +142,7 @@ def _seeds(seed: int | None, seeds: str | None) -> list[int]:
     return found
 
 
-def _train_seeds(todo: list[Cell], out: Path, jobs: int) -> None:
+def _train_seeds(todo: list[Cell], out: Path, workers: Backend) -> None:
     """Train some seeds side by side, each in a folder of its own, and list them."""
     if out.exists() and not out.is_dir():
         raise UserError(f"--out {str(out)!r} is a file, not a folder")
@@ -139,7 +154,7 @@ def _train_seeds(todo: list[Cell], out: Path, jobs: int) -> None:
 
         try_method(unfinished[0])
     with interruptible():
-        run_cells(todo, LocalBackend(jobs), messages)
+        run_cells(todo, workers, messages)
 
     from lawn_sb3.results.at_hand import runs_below
 
