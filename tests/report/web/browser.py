@@ -46,7 +46,7 @@ def opened_page(browser: Any, path: Path, width: int = 1200, scheme: str = "ligh
         if not request.url.startswith((beside, "data:", f"blob:{beside}", "blob:null")):
             wrong.append(f"asked for {request.url}")
 
-    page = browser.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
+    page = browser.new_page(viewport={"width": width, "height": 700}, color_scheme=scheme)
     page.set_default_timeout(PATIENCE_MS)
     page.on("console", told)
     page.on("pageerror", lambda error: wrong.append(str(error)))

@@ -115,12 +115,14 @@ def test_play_steps_keys_and_choices_do_what_they_say(browser: Any, replay: Path
         assert now() == f"slot 1 of {longest}"
         page.keyboard.press("End")
         assert now() == f"slot {longest} of {longest}"
+        page.select_option("#beside", "-1")
+        assert page.locator(".method").count() == 1
+        page.evaluate("() => document.activeElement.blur()")
         page.select_option("#speed", "10")
         page.keyboard.press(" ")  # from the end it begins anew
         assert page.text_content("#play") == "Pause"
         page.wait_for_function("() => document.getElementById('play').textContent === 'Play'")
         assert now() == f"slot {longest} of {longest}"
-        page.select_option("#beside", "-1")
         page.select_option("#method", "1")
         page.select_option("#episode", "1")
         assert page.locator(".method h2").all_text_contents() == ["Shortest path"]

@@ -99,7 +99,7 @@
       const [color, line] = look.split(" ");
       traces.push({ ...base, mode: "lines", ...points(path), line: { color, width: 5, dash: line } });
     }
-    const many = uavs.length > 64;
+    const many = uavs.length > 24;
     traces.push({
       ...base, mode: "markers", ...points(uavs.map((u) => place(track.voxels[0][u], u))),
       marker: { symbol: "circle-open", size: many ? 4 : 7, color: uavs.map(colour), line: { width: 2 } },
