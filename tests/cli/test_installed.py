@@ -45,9 +45,10 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("train --out mine --env-steps 64 --num-games 2 -params n_steps=32 -params n_epochs=1", "mine/evaluation.csv"),
         ("train --recipe runs/tiny.yaml --method nobody --out mine", None),
         ("report", None),
+        ("replay --player shortest-path --episodes 1 --out page.html", "page.html"),
     ],
 )
-def test_shipped_recipes_are_found_from_anywhere(
+def test_what_is_shipped_is_found_from_anywhere(
     installed: Path, tmp_path: Path, command: str, left: str | None
 ) -> None:
     environment = {**os.environ, "PYTHONPATH": str(installed)}
