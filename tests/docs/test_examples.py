@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 import yaml
 
+from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.scenario import load_scenario
 from tests.cli.running import ABLATED, exit_status, recipe
 from tests.docs.pages import PAGES, blocks, prose
@@ -33,6 +34,14 @@ def test_every_python_example_is_tried_below() -> None:
         assert len(blocks(page, "python")) == len(TRIED.get(page, ())), page
         for holds in TRIED.get(page, ()):
             assert example(page, holds)
+
+
+def test_what_a_trainer_needs_is_pinned_and_belongs_to_a_page() -> None:
+    for path in (REPOSITORY / "tests" / "trainers" / "requirements").iterdir():
+        assert f"docs/trainers/{path.stem}.md" in PAGES
+        assert [
+            line for line in path.read_text("utf-8").splitlines() if not re.fullmatch(r"[\w.-]+==[\w.]+", line)
+        ] == []
 
 
 @pytest.fixture(scope="module")
