@@ -26,7 +26,8 @@ def time_spent(cells: Sequence[Cell]) -> str:
     if not seconds:
         return ""
     minutes = sum(seconds) / 60.0
+    which = f"all {len(cells)}" if len(seconds) == len(cells) else f"{len(seconds)} of the {len(cells)}"
     return (
-        f"Training and evaluating {len(seconds)} of the {len(cells)} runs took {minutes:,.1f} minutes in all, each on "
+        f"Training and evaluating {which} runs took {minutes:,.1f} minutes in all, each on "
         f"one core of {' or '.join(sorted(processors))}."
     )
