@@ -13,8 +13,6 @@ from tests.docs.pages import blocks
 
 READS_NO_MASK = {"agilerl", "skrl"}
 """Whose UAVs do not only hover once they are done."""
-TOO_SHORT = {"agilerl", "benchmarl"}
-"""Whose example trains too briefly for the player to earn more."""
 PAGES = sorted(path.stem for path in (REPOSITORY / "docs" / "trainers").glob("*.md"))
 LINE = re.compile(r"^(\w+): (?:(-?[\d.]+) untrained, (-?[\d.]+) after )?(\d+) env steps", re.MULTILINE)
 
@@ -47,7 +45,8 @@ def test_the_example_trains_for_as_long_as_it_says(trainer: str, tmp_path: Path)
     assert len(lines) == (3 if trainer == "benchmarl" else 1)
     for _, untrained, trained, env_steps in lines:
         assert budget <= int(env_steps) < 1.3 * budget
-        assert trainer == "benchmarl" or math.isfinite(float(trained))
-        assert trainer in TOO_SHORT or float(trained) > float(untrained)
+        if trainer != "benchmarl":  # whose three algorithms train too briefly to have learnt
+            assert math.isfinite(float(trained))
+            assert float(trained) > float(untrained)
     warned = "is done, so its action" in done.stderr
     assert warned == (trainer in READS_NO_MASK), done.stderr[-3_000:]
