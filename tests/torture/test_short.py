@@ -8,7 +8,7 @@ import pytest
 
 from lawn_sb3.experiment.checkpoint import Checkpoints
 from lawn_sb3.experiment.train import run_cell
-from tests.experiment.training import ignore, mappo_cell
+from tests.experiment.training import ignore, interrupt, mappo_cell
 from tests.torture import damages, kills
 
 
@@ -41,3 +41,19 @@ def test_what_kills_may_do_to_runs_is_seen(tmp_path: Path) -> None:
         with pytest.raises(AssertionError, match=f"left over: .*{name}"):
             kills.compare(whole, killed)
         (run / name).unlink()
+
+
+def test_a_run_that_lost_its_checkpoint_to_a_kill_is_seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Checkpoints.__init__, "__defaults__", (1,))
+    anew, gone_on = (mappo_cell(tmp_path / "mappo" / f"seed-{seed}") for seed in (3, 4))
+    interrupt(gone_on, 192)
+    (gone_on.directory / "lock").write_text('{"pid": 12}')
+    assert kills.being_made(tmp_path, [11, 12]) == [gone_on.directory]
+    assert kills.being_made(tmp_path, [11]) == []
+    assert kills.have_checkpoints([anew.directory, gone_on.directory]) == [gone_on.directory]
+    (gone_on.directory / "lock").unlink()
+    for cell in (anew, gone_on):
+        run_cell(cell, ignore)
+    assert kills.check_resumed(tmp_path, {gone_on.directory}) == 1
+    with pytest.raises(AssertionError, match=r"begun anew: \['.*seed-3'\]"):
+        kills.check_resumed(tmp_path, {anew.directory, gone_on.directory})

@@ -33,7 +33,8 @@ SECONDS_TO_END = 1.5
 """How long tasks that were asked to end may take before they are made to."""
 SECONDS_BETWEEN_LOOKS = 0.2
 ADDRESS = "RAY_ADDRESS"
-"""Ray's own variable of the environment."""
+AUTHENTICATION = "RAY_AUTH_MODE"
+"""Ray's own variables of the environment. A token is only handed to a named address if the user says so."""
 
 
 class Origin(NamedTuple):
@@ -130,7 +131,8 @@ def _connect(address: str) -> None:
             raise UserError(
                 "no Ray cluster runs on this machine: start one, ray start --head, or name its --address"
             ) from None
-        raise UserError(f"no Ray cluster answers at {address!r}: {first_line(error)}") from None
+        hint = "" if AUTHENTICATION in os.environ else f"; one that asks for a token wants {AUTHENTICATION}=token set"
+        raise UserError(f"no Ray cluster answers at {address!r}: {first_line(error)}{hint}") from None
     finally:
         signal.signal(signal.SIGTERM, heeded)  # Ray has put its own in its place
 
