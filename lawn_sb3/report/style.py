@@ -54,7 +54,7 @@ LADDER = {
     "mean-field-memory": "#B58BD0",
     "mean-field-destinations": "#1B6B5C",
 }
-"""The learners of the ladder, never beside those of the paper, whose colours some share; and their planners."""
+"""The learners of the ladder, hardly ever beside those of the paper, whose colours some share; and their planners."""
 COLOURS = KNOWN | LADDER
 LINES: dict[str, LineStyle] = {
     "best-route": (0, (6, 1.5)),
@@ -105,11 +105,14 @@ def markers(methods: Iterable[str]) -> dict[str, str]:
 
 
 def _dealt(methods: Iterable[str], known: Mapping[str, str], spare: Sequence[str]) -> dict[str, str]:
-    """Known methods get their own, the others in order what none of those has."""
+    """Known methods get their own, unless an earlier one has it; the others in order what none of those has."""
     methods = list(methods)
-    taken = {known[key] for key in methods if key in known}
-    left = cycle([look for look in spare if look not in taken] or spare)
-    return {key: known[key] if key in known else next(left) for key in methods}
+    own: dict[str, str] = {}
+    for key in methods:
+        if key in known and known[key] not in own.values():
+            own[key] = known[key]
+    left = cycle([look for look in spare if look not in own.values()] or spare)
+    return {key: own[key] if key in own else next(left) for key in methods}
 
 
 def use_house_style() -> None:

@@ -62,6 +62,19 @@ def smoothed(curves: pd.DataFrame, column: str, window: int) -> pd.DataFrame:
     return rows[["method", "seed"]].assign(env_steps=rows["time/env_steps"], value=value)
 
 
+def side_by_side(curves: pd.DataFrame, column: str = "time/env_steps") -> pd.DataFrame:
+    """Curves in which the k-th point of all seeds of a method lies at one place, the mean of theirs.
+
+    A batch of whole games ends at other env steps in every seed.
+
+    :param curves: rows with the columns ``method`` and ``seed``
+    :param column: where a point lies
+    :return: the same with that place in the column ``env_steps``
+    """
+    nth = curves.groupby(["method", "seed"]).cumcount()
+    return curves.assign(env_steps=curves[column].groupby([curves["method"], nth]).transform("mean"))
+
+
 def greedy_curves(results: Results, method: str, seeds: Iterable[int]) -> dict[int, pd.Series]:
     """The greedy success of a method in training, by seed: percent by env steps, of those seeds that were watched."""
     curves = results.curves

@@ -449,3 +449,27 @@ def test_how_much_other_missions_move_differences() -> None:
         f"up to {reward:.3f} in J̄ and {utility:.2f} Mbps in utility between two learners, and of {reward_straight:.3f} "
         f"and {utility_straight:.2f} Mbps between a learner and straight flight",
     )
+
+
+def test_the_comparison_in_the_airspace_as_printed() -> None:
+    rows = {
+        row["key"]: row
+        for row in json.loads(reference("as_printed/report.json").read_text("utf-8"))["tables"]["table2"]
+    }
+    learners = ("iql", "qmix", "mappo", "mappo-state", "mappo-local")
+    assert all(rows[key]["success_percent"] > 99.9 for key in learners)
+    assert all(rows[key]["utility_mbps"] < rows["shortest-path"]["utility_mbps"] for key in learners)
+    state, clock = rows["mappo-state"], rows["clock"]
+    says(
+        "docs/as-printed.md",
+        f"has {clock['utility_mbps']:.1f} Mbps where the best route as if alone has "
+        f"{rows['best-route']['utility_mbps']:.1f}, and `forecast`, which plans with what it sees, has "
+        f"{rows['forecast']['utility_mbps']:.1f}",
+        f"| 3.19 | {state['reward']:.2f} |",
+        f"| 8.7 | {state['makespan_slots']:.1f} |",
+        f"| 35.68 | {state['rate_mbps']:.2f} |",
+        f"| 22.4 | {rows['random']['success_percent']:.1f} |",
+    )
+    flown = [pd.read_csv(path) for path in (REPOSITORY / "runs/reference/as_printed/clock").glob("*/evaluation.csv")]
+    assert all((rows["slots"] == rows["min_slots"]).all() for rows in flown)
+    assert len(flown) == 3

@@ -1,6 +1,5 @@
 """The ladder: what the UAVs earn by what they know, learners beside planners, and how the learners get there."""
 
-import pandas as pd
 import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -12,6 +11,7 @@ from lawn_sb3.experiment.recipe import Method
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import ENV_STEPS, band, colours, in_thousands, line_of, mark_cut, markers, use_house_style
 from lawn_sb3.report.table import Table, row_of, sample_of, table_of
+from lawn_sb3.results.learning import side_by_side
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 from lawn_sb3.results.statistics import paired_difference
@@ -175,7 +175,7 @@ def _learning(results: Results) -> Picture | None:
     palette = colours(results.recipe.methods)
     learners = {key: method for key, method in results.methods.items() if method.algo is not None}
     for ax, (column, text) in zip(figure.subplots(1, len(shown), squeeze=False)[0], shown.items(), strict=True):
-        known = _side_by_side(curves.dropna(subset=[column]))
+        known = side_by_side(curves.dropna(subset=[column]))
         for key in learners:
             own, style = known[known["method"] == key], {"color": palette[key], "errorbar": band}
             if len(own):
@@ -190,13 +190,3 @@ def _learning(results: Results) -> Picture | None:
     handles = [Line2D([], [], color=palette[key], label=_label_of(method)) for key, method in learners.items()]
     figure.legend(handles=handles, loc="outside lower center", ncols=3, frameon=False)
     return Picture(figure, LEARNING)
-
-
-def _side_by_side(curves: pd.DataFrame) -> pd.DataFrame:
-    """Curves in which the k-th evaluation of all seeds of a method lies at one place, the mean of theirs.
-
-    A batch of whole games ends at other env steps in every seed.
-    """
-    nth = curves.groupby(["method", "seed"]).cumcount()
-    at = curves["time/env_steps"].groupby([curves["method"], nth]).transform("mean")
-    return curves.assign(env_steps=at)

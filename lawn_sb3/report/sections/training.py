@@ -14,7 +14,7 @@ from lawn_sb3.report.cdf import NOT_PLANNERS
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import ENV_STEPS, band, colours, in_thousands, mark_cut, use_house_style
 from lawn_sb3.report.table import Table, row_of, table_of
-from lawn_sb3.results.learning import THRESHOLD, WINDOW, smoothed
+from lawn_sb3.results.learning import THRESHOLD, WINDOW, side_by_side, smoothed
 from lawn_sb3.results.quantities import QUANTITIES
 from lawn_sb3.results.results import Results
 
@@ -150,7 +150,7 @@ def _drawn(results: Results) -> dict[str, Method]:
 def _draw_curves(ax: Axes, results: Results, column: str, window: int, palette: dict[str, str]) -> None:
     if column not in results.curves:
         return
-    curves = smoothed(results.curves, column, window)
+    curves = side_by_side(smoothed(results.curves, column, window), "env_steps")
     for key in results.methods:
         own = curves[curves["method"] == key]
         if len(own):
