@@ -39,8 +39,9 @@ FORMS = ("mappo", "mappo-o")
 """CTDE-MAPPO with the critic V(x) that the paper writes down (Eq. (11), eq:global_state, and Algorithm 1), and with
 V([o_i, x]): claims about CTDE-MAPPO are tested for both, and both have to hold."""
 
-UNLESS_SET = {"share_parameters": False, "normalize_value": True, "without_reward": ()}
-"""What tell parts apart, and the defaults: a method that changes one plays only a part that asks for it."""
+UNLESS_SET = {"share_parameters": False, "normalize_value": True, "without_reward": (), "ent_coef": "any"}
+"""What tell parts apart, and the defaults: a method that changes one plays only a part that asks for it. Of the entropy
+coefficient only that it is 0 tells a part."""
 
 
 def cast(methods: Mapping[str, Method]) -> dict[str, str]:
@@ -65,4 +66,6 @@ def described(role: str) -> str:
 def _plays(method: Method, role: str) -> bool:
     fields = {name: getattr(method, name) for name in ("player", "algo", "policy", "without_reward")}
     values = {**UNLESS_SET, **method.settings, **fields}
-    return all(values.get(name) == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())
+    if values["ent_coef"] != 0.0:
+        values["ent_coef"] = "any"
+    return all(values[name] == wanted for name, wanted in {**UNLESS_SET, **ROLES[role]}.items())

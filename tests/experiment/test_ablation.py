@@ -75,7 +75,8 @@ def test_every_shipped_ablation_differs_from_its_default_in_one_thing() -> None:
     for key, method in recipe.methods.items():
         if method.baseline is not None:
             own, default = method.model_dump(), recipe.methods[method.baseline].model_dump()
-            settings = own.pop("settings").items() ^ default.pop("settings").items()
+            mine, theirs = own.pop("settings"), default.pop("settings")
+            settings = {name for name in {**mine, **theirs} if mine.get(name) != theirs.get(name)}
             changed = {name for name in own if own[name] != default[name]} - {"label", "baseline", "paper_row"}
             assert len(changed) + len(settings) == 1, key
 

@@ -251,5 +251,5 @@ def test_methods_that_do_not_plan_are_drawn_again_at_their_own_scale_if_there_ar
     closer.episodes = closer.episodes.query("not (method == 'random' and seed == 0)")
     assert len(picture_of(closer).figure.axes) == 4
     assert list(points(closer, 2)) == ["Random", "Shortest-path"]
-    assert "(c, d): the same without the planners." in picture_of(closer).caption
+    assert "(c, d): the same closer, without all planners but straight flight." in picture_of(closer).caption
     assert "(c, d)" not in picture_of(four).caption
