@@ -29,6 +29,8 @@ FRAMES_A_SECOND = 2
 FILM_DPI = 100
 LAST_FRAMES = 4
 """How often a film shows its last slot before it begins anew."""
+ROOM_FOR_Z = 0.1
+"""Between the last airspace and the bar of loads, for a label that no layout knows of: share of one airspace."""
 MOST_NAMED = 12
 """With more GBSs or UAVs names would cover each other."""
 
@@ -54,7 +56,7 @@ def replay_figure(replay: Replay, slot: int | None = None) -> Figure:
         title_of(ax, f"{flown.title}\n{_standing(flown, slot)}", palette[flown.key], height=0.93)
         scenes.append(ax)
     shade = ScalarMappable(Normalize(0, max(most, 1)), LOADS)
-    bar = top.colorbar(shade, ax=scenes, shrink=0.5, pad=0.02, label="UAVs in the cell")
+    bar = top.colorbar(shade, ax=scenes, shrink=0.5, pad=ROOM_FOR_Z / len(scenes), label="UAVs in the cell")
     bar.locator = MaxNLocator(integer=True)
     bar.update_ticks()
     _draw_charts(below, replay, slot, max(most, 1))
