@@ -70,19 +70,25 @@ def check_trusted(name: str, trusted: Collection[str], where: str) -> None:
     :param where: what names it, for the message
     :raises UserError: if it is not one of them either
     """
-    points = entry_points(group=ENTRY_POINTS)
-    registered = {value for point in points for value in (point.name, point.value)}
-    of_kit = (
-        name.partition(".")[0] in OF_KIT
-        if ":" in name
-        else name not in registered and locate(name).path.is_relative_to(REPOSITORY / "policies")
-    )
-    if of_kit or name in trusted or name in registered:
+    if name in trusted or is_installed(name):
         return
     raise UserError(
         f"{where} names the policy {name!r}, which does not come with the kit: it would be imported, and could do "
         f"anything; --trust {name} allows it"
     )
+
+
+def is_installed(name: str) -> bool:
+    """Whether a policy comes with the kit or with an installed package.
+
+    :param name: the policy's name
+    :return: true if whoever has these installed has it too
+    :raises UserError: if there is none of that name
+    """
+    registered = {value for point in entry_points(group=ENTRY_POINTS) for value in (point.name, point.value)}
+    if ":" in name or name in registered:
+        return name in registered or name.partition(".")[0] in OF_KIT
+    return locate(name).path.is_relative_to(REPOSITORY / "policies")
 
 
 def _told(point: EntryPoint) -> str:

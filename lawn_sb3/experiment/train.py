@@ -14,6 +14,7 @@ from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.checkpoint import OF_OLD, PENDING, Checkpoints, read_checkpoint, resume_model
 from lawn_sb3.experiment.evaluation import evaluate, fly
+from lawn_sb3.experiment.model_card import model_card
 from lawn_sb3.experiment.players import ModelPlayer
 from lawn_sb3.experiment.policy_errors import line_of_user, policy_error
 from lawn_sb3.experiment.probe import check_policy
@@ -27,8 +28,9 @@ from lawn_sb3.experiment.run_directory.manifest import write_manifest
 from lawn_sb3.experiment.run_directory.progress import ProgressCSV, TensorBoardCurve
 from lawn_sb3.experiment.run_directory.writer import only_writer
 from lawn_sb3.experiment.watching import Watch
+from lawn_sb3.experiment.weights import save_tensors
 from lawn_sb3.game.player import Player
-from lawn_sb3.whole_files import whole_file, write_json
+from lawn_sb3.whole_files import whole_file, write_json, write_text
 
 CHECKPOINTS = (files.CHECKPOINT_FILE, files.CHECKPOINT_BEFORE_FILE, OF_OLD)
 
@@ -71,6 +73,8 @@ def _run(cell: Cell, progress: Callable[[int], None]) -> None:
         write_rows(cell.directory / files.SAMPLED_FILE, rows)
     record["evaluate_seconds"] = round(time.perf_counter() - start, 1)
     write_json(cell.directory / files.PROVENANCE_FILE, record)
+    if model is not None:
+        write_text(cell.directory / files.CARD_FILE, model_card(cell, record, flights.rows))
     for name in CHECKPOINTS:  # all that they were for is done
         (cell.directory / name).unlink(missing_ok=True)
     write_manifest(cell.directory, {**record, "configuration": cell.configuration()})
@@ -85,7 +89,8 @@ def claim_directory(cell: Cell) -> dict[str, Any] | None:
     """
     checkpoint = read_checkpoint(cell)
     if checkpoint is None:
-        for name in (files.FINISHED_FILE, files.MANIFEST_FILE, files.MODEL_FILE, *CHECKPOINTS, *files.RESULT_FILES):
+        of_model = (files.MODEL_FILE, files.TENSORS_FILE, files.CARD_FILE)
+        for name in (files.FINISHED_FILE, files.MANIFEST_FILE, *of_model, *CHECKPOINTS, *files.RESULT_FILES):
             (cell.directory / name).unlink(missing_ok=True)
         shutil.rmtree(cell.directory / files.TENSORBOARD_FOLDER, ignore_errors=True)
     write_configuration(cell)
@@ -129,4 +134,5 @@ def _train(
     check_policy(model, method.policy)  # what training has made of it
     with whole_file(folder / files.MODEL_FILE) as part:
         model.save(part)
+    save_tensors(model, folder / files.TENSORS_FILE)
     return model, watch, began

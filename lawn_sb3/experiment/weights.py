@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import torch as th
+from safetensors.torch import save
 from stable_baselines3.common.base_class import BaseAlgorithm
 from stable_baselines3.common.save_util import load_from_zip_file
 
@@ -25,13 +26,28 @@ def save_weights(model: BaseAlgorithm, path: Path) -> None:
     :param model: the trained model
     :param path: the file
     """
-    arrays = {
-        name: value.detach().cpu().numpy() for name, value in model.policy.state_dict().items() if TARGET not in name
-    }
+    arrays = {name: value.numpy() for name, value in _networks(model).items()}
     if sum(array.nbytes for array in arrays.values()) > MOST_BYTES:
         arrays = {name: array.astype(np.float16) for name, array in arrays.items()}
     with whole_file(path) as part:
         np.savez_compressed(part, allow_pickle=False, **arrays)
+
+
+def save_tensors(model: BaseAlgorithm, path: Path) -> None:
+    """Write the networks of a model as safetensors, unrounded; target networks and optimisers stay behind.
+
+    :param model: the trained model
+    :param path: the file: tensors by the names that they have in the ``state_dict`` of the policy
+    """
+    apart = {name: value.contiguous().clone() for name, value in _networks(model).items()}  # none may share memory
+    content = save(apart, {"format": "pt"})
+    with whole_file(path) as part:
+        part.write_bytes(content)
+
+
+def _networks(model: BaseAlgorithm) -> dict[str, th.Tensor]:
+    """The tensors of a policy, in main memory, without those of target networks."""
+    return {name: value.detach().cpu() for name, value in model.policy.state_dict().items() if TARGET not in name}
 
 
 def are_rounded(path: Path) -> bool:

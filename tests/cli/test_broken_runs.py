@@ -154,8 +154,8 @@ MODELS: Mapping[str, tuple[Damage, str]] = {
 NOT_LEFT = "not as the run left it, by its manifest.json"
 FILES: Mapping[str, tuple[Damage, str]] = {
     **{f"no {name}": (without(name), f"'run': {name} {NOT_LEFT}") for name in ("model.zip", "evaluation.csv")},
-    **{f"half of {name}": (half(name), f"'run': {name} {NOT_LEFT}") for name in ("progress.csv", "provenance.json")},
-    **{f"other {name}": (of_other(name), f"'run': {name} {NOT_LEFT}") for name in ("slots.csv", "paths.csv")},
+    **{f"half of {name}": (half(name), f"'run': {name} {NOT_LEFT}") for name in ("README.md", "provenance.json")},
+    **{f"other {name}": (of_other(name), f"'run': {name} {NOT_LEFT}") for name in ("slots.csv", "weights.safetensors")},
     "weights slipped in": (text("weights.npz", b"PK\3\4"), f"'run': weights.npz {NOT_LEFT}"),
     "half a manifest": (half("manifest.json"), "'run/manifest.json' is damaged: nothing vouches for the run's files"),
     "an empty one": (text("manifest.json", ""), "'run/manifest.json' is damaged"),

@@ -33,7 +33,7 @@ def undisturbed(train: list[str | Path], tmp_path_factory: pytest.TempPathFactor
 
 def contents(run: Path) -> dict[str, bytes]:
     """The files of a run whose bytes depend on nothing else."""
-    varying = {files.PROVENANCE_FILE, files.MANIFEST_FILE}
+    varying = {files.PROVENANCE_FILE, files.MANIFEST_FILE, files.CARD_FILE}  # which name the folder
     return {path.name: path.read_bytes() for path in run.iterdir() if path.is_file() and path.name not in varying}
 
 
@@ -64,7 +64,8 @@ def refuse(monkeypatch: pytest.MonkeyPatch) -> Callable[[str, int], None]:
     "name",
     [
         "config.yaml", "checkpoint.bin", "checkpoint_before.bin", "model.zip", "evaluation.csv", "slots.csv",
-        "paths.csv", "evaluation_sampled.csv", "provenance.json", "manifest.json", "finished",
+        "paths.csv", "evaluation_sampled.csv", "provenance.json", "manifest.json", "finished", "weights.safetensors",
+        "README.md",
     ],
 )  # fmt: skip
 def test_a_disk_that_is_full_ends_a_training_in_one_line_and_the_same_command_goes_on(

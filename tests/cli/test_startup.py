@@ -10,7 +10,18 @@ from lawn_sb3.cli.commands import app
 from tests.cli.refused import REFUSED, write_what_is_refused
 
 ASKED = ["--help", "--version", *(f"{one.name or one.callback.__name__} --help" for one in app.registered_commands)]  # type: ignore[union-attr]
-HEAVY = ("torch", "stable_baselines3", "sb3_contrib", "scipy", "pandas", "pandera", "matplotlib", "numba", "gymnasium")
+HEAVY = (
+    "torch",
+    "stable_baselines3",
+    "sb3_contrib",
+    "scipy",
+    "pandas",
+    "pandera",
+    "matplotlib",
+    "numba",
+    "gymnasium",
+    "safetensors",
+)
 ONE_AFTER_THE_OTHER = """
 import contextlib, io, json, sys
 from lawn_sb3.cli import main

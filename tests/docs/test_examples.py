@@ -6,15 +6,19 @@ from pathlib import Path
 import pytest
 import yaml
 
+from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.registry import REPOSITORY
+from lawn_sb3.experiment.weights import save_tensors
 from lawn_sb3.scenario import load_scenario
 from tests.cli.running import ABLATED, exit_status, recipe
 from tests.docs.pages import PAGES, blocks, prose
+from tests.experiment.training import qmix_cell
 
 TRIED = {
     "README.md": ("PositionsCriticPolicy", "make_vec_env"),
     "docs/policies.md": ("NearestCriticPolicy",),
     "docs/other-trainers.md": ("make_vec_env", "ActorPlayer"),
+    "docs/run-directory.md": ("load_file",),
     "docs/planners.md": ("PrioritisedPlayer",),
 }
 """What the Python examples of each page hold, by which the tests below find them."""
@@ -105,3 +109,19 @@ def test_a_planner_of_ones_own_is_scored_like_the_others(capsys: pytest.CaptureF
 def test_an_actor_of_any_project_is_scored_like_the_others(capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(example("docs/other-trainers.md", "ActorPlayer"), "other-trainers.md", "exec"), {})
     assert 0.0 < float(re.findall(r"(\d+\.\d) % arrive", capsys.readouterr().out)[0]) < 100.0
+
+
+def test_the_weights_of_a_run_are_read_without_the_kit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    cell = qmix_cell(tmp_path / "runs" / "mine")
+    model = build_model(cell)
+    cell.directory.mkdir(parents=True)
+    save_tensors(model, cell.directory / "weights.safetensors")
+    monkeypatch.chdir(tmp_path)
+    code = example("docs/run-directory.md", "load_file")
+    assert "lawn_sb3" not in code
+    exec(compile(code, "run-directory.md", "exec"), {})
+    lines, shape = capsys.readouterr().out.splitlines(), model.policy.state_dict()["q_net.0.weight"].shape
+    assert f"q_net.0.weight {tuple(shape)}" in lines
+    assert {line.split(".")[0] for line in lines} == {"q_net", "mixer"}

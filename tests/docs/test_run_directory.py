@@ -28,7 +28,7 @@ def test_every_file_is_there() -> None:
     names |= {f"{check.name}.csv" for check in CHECKS}
     named = set(re.findall(r"`([\w.]+)/?`", PAGE))
     assert names <= named
-    assert {name for name in named if name.endswith((".csv", ".json", ".zip", ".npz", ".pt"))} <= names
+    assert {name for name in named if name.endswith((".csv", ".json", ".zip", ".npz", ".pt", ".safetensors"))} <= names
 
 
 @pytest.mark.parametrize(

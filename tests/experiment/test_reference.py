@@ -15,7 +15,9 @@ from lawn_sb3.experiment.players import load_player
 from lawn_sb3.experiment.reference import export_runs
 from lawn_sb3.experiment.run_directory.configuration import is_finished, load_run
 from lawn_sb3.experiment.run_directory.files import COSTS_FILE, RESULT_FILES, SCALING_FILE
+from lawn_sb3.experiment.run_directory.manifest import read_manifest, write_manifest
 from lawn_sb3.experiment.train import run_cell
+from lawn_sb3.experiment.verification import verify_run
 from tests.experiment.training import ignore
 
 
@@ -52,3 +54,20 @@ def test_a_run_that_is_not_finished_is_named_and_nothing_is_written(finished: li
     with pytest.raises(UserError, match=r"seed-4'?: not finished"):
         export_runs(finished, tmp_path, tmp_path / "reference")
     assert not (tmp_path / "reference").exists()
+
+
+def test_runs_made_before_there_were_safetensors_and_cards_are_finished_verified_and_kept(
+    finished: list[Cell], tmp_path: Path
+) -> None:
+    for cell in finished:
+        manifest = read_manifest(cell.directory)
+        assert manifest is not None
+        for name in ("weights.safetensors", "README.md"):
+            (cell.directory / name).unlink()
+        write_manifest(cell.directory, manifest["made"])
+        assert is_finished(cell)
+    assert verify_run(finished[0].directory).passed
+    export_runs(finished, tmp_path, tmp_path / "reference")
+    kept = tmp_path / "reference" / finished[0].directory.relative_to(tmp_path)
+    assert verify_run(kept).passed
+    assert not list(kept.glob("*.safetensors"))

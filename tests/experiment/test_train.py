@@ -32,7 +32,7 @@ def test_a_run_holds_configuration_provenance_curve_log_model_and_rows(small_cel
     names = {path.name for path in small_cell.directory.iterdir()}
     assert names == {
         "config.yaml", "provenance.json", "progress.csv", "tensorboard", "model.zip", "finished", "evaluation.csv",
-        "evaluation_sampled.csv", "slots.csv", "paths.csv", "manifest.json",
+        "evaluation_sampled.csv", "slots.csv", "paths.csv", "manifest.json", "weights.safetensors", "README.md",
     }  # fmt: skip
     provenance = json.loads((small_cell.directory / "provenance.json").read_text())
     assert provenance["versions"]["stable-baselines3"]
@@ -121,7 +121,8 @@ def test_nothing_of_another_configuration_stays_in_an_interrupted_run(small_cell
     run_cell(small_cell, ignore)
     other = replace(small_cell, seed=4)
     interrupt(other, 128)
-    assert not (small_cell.directory / "model.zip").exists()
+    for name in ("model.zip", "weights.safetensors", "README.md"):
+        assert not (small_cell.directory / name).exists()
     assert not (small_cell.directory / "evaluation.csv").exists()
     assert not is_finished(other)
 
@@ -216,4 +217,5 @@ def test_a_player_without_training_leaves_rows_too(small_cell: Cell, tmp_path: P
     random = Cell("random", player, 0, Scenario(), small_cell.evaluation, tmp_path / "r")
     run_cell(random, ignore)
     assert is_finished(random)
-    assert not (tmp_path / "r" / "model.zip").exists()
+    for name in ("model.zip", "weights.safetensors", "README.md"):
+        assert not (tmp_path / "r" / name).exists()

@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch as th
+from safetensors.torch import load_file
 
 from lawn_sb3.errors import UserError
 from lawn_sb3.experiment import weights
 from lawn_sb3.experiment.build import build_model
 from lawn_sb3.experiment.cell import Cell
-from lawn_sb3.experiment.weights import load_weights, save_weights
+from lawn_sb3.experiment.players import ModelPlayer, load_player
+from lawn_sb3.experiment.train import run_cell
+from lawn_sb3.experiment.weights import load_weights, save_tensors, save_weights
 from tests.experiment import training
 
 
@@ -81,3 +84,37 @@ def test_another_methods_weights_are_refused(iql_cell: Cell, small_cell: Cell, t
     save_weights(build_model(small_cell), tmp_path / "w.npz")
     with pytest.raises(UserError, match="it lacks"):
         load_weights(build_model(iql_cell), tmp_path / "w.npz")
+
+
+LEARNERS = {
+    "mappo": (training.mappo_cell, {"mlp_extractor", "action_net", "value_net"}),
+    "iql": (training.iql_cell, {"learners.0", "learners.1", "learners.2", "learners.3"}),
+    "qmix": (training.qmix_cell, {"q_net", "mixer"}),
+}
+"""How a cell is made, and what the names of its tensors begin with."""
+
+
+@pytest.mark.parametrize("learner", LEARNERS)
+def test_the_safetensors_of_a_run_are_the_networks_of_its_model(learner: str, tmp_path: Path) -> None:
+    make, parts = LEARNERS[learner]
+    cell = make(tmp_path / "run")
+    run_cell(cell, training.ignore)
+    player = load_player(cell)
+    assert isinstance(player, ModelPlayer)
+    networks = {name: value for name, value in player.model.policy.state_dict().items() if "_target" not in name}
+    tensors = load_file(cell.directory / "weights.safetensors")
+    assert tensors.keys() == networks.keys()
+    assert all(th.equal(value, tensors[name]) for name, value in networks.items())
+    assert {name: value.dtype for name, value in networks.items()} == {name: own.dtype for name, own in tensors.items()}
+    words = 2 if learner == "iql" else 1
+    assert {".".join(name.split(".")[:words]) for name in tensors} == parts
+
+
+def test_tensors_that_share_memory_are_all_kept(iql_cell: Cell, tmp_path: Path) -> None:
+    model = build_model(iql_cell)
+    model.policy.again = model.policy.get_submodule("learners.0")
+    save_tensors(model, tmp_path / "w.safetensors")
+    tensors = load_file(tmp_path / "w.safetensors")
+    first = [name for name in tensors if name.startswith("learners.0.")]
+    assert first
+    assert all(th.equal(tensors[name], tensors[name.replace("learners.0.", "again.")]) for name in first)

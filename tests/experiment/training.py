@@ -12,7 +12,13 @@ from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Evaluation, Method
-from lawn_sb3.experiment.run_directory.files import CONFIG_FILE, MODEL_FILE, PROVENANCE_FILE, RESULT_FILES
+from lawn_sb3.experiment.run_directory.files import (
+    CONFIG_FILE,
+    MODEL_FILE,
+    PROVENANCE_FILE,
+    RESULT_FILES,
+    TENSORS_FILE,
+)
 from lawn_sb3.experiment.train import run_cell
 from lawn_sb3.scenario import PRESETS
 
@@ -75,7 +81,7 @@ def parameters(cell: Cell) -> dict[str, th.Tensor]:
 
 def assert_equal_runs(one: Cell, other: Cell) -> None:
     """Both left the same files with the same bytes, the model too, times aside, and the same weights."""
-    for name in {CONFIG_FILE, MODEL_FILE, *RESULT_FILES} - {PROVENANCE_FILE}:
+    for name in {CONFIG_FILE, MODEL_FILE, TENSORS_FILE, *RESULT_FILES} - {PROVENANCE_FILE}:
         first, second = (cell.directory / name for cell in (one, other))
         assert first.exists() == second.exists(), name
         assert not first.exists() or first.read_bytes() == second.read_bytes(), name

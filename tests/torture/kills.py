@@ -23,7 +23,13 @@ import yaml
 from stable_baselines3.common.save_util import load_from_zip_file
 
 from lawn_sb3.experiment.registry import REPOSITORY
-from lawn_sb3.experiment.run_directory.files import CHECKPOINT_FILE, LOCK_FILE, MODEL_FILE, PROVENANCE_FILE
+from lawn_sb3.experiment.run_directory.files import (
+    CHECKPOINT_FILE,
+    LOCK_FILE,
+    MODEL_FILE,
+    PROVENANCE_FILE,
+    TENSORS_FILE,
+)
 
 METHODS: dict[str, dict[str, Any]] = {
     "mappo": {"algo": "mappo", "settings": {"n_steps": 32, "batch_size": 256, "n_epochs": 2}},
@@ -210,7 +216,8 @@ def compare(whole: Path, killed: Path) -> tuple[int, int]:
     assert not different, f"different: {different}"
     models = sorted(path.relative_to(whole) for path in whole.glob(f"*/seed-*/{MODEL_FILE}"))
     for model in models:
-        assert (killed / model).read_bytes() == (whole / model).read_bytes(), f"different: {model}"
+        for path in (model, model.with_name(TENSORS_FILE)):
+            assert (killed / path).read_bytes() == (whole / path).read_bytes(), f"different: {path}"
         one, other = (weights(folder / model) for folder in (whole, killed))
         assert one.keys() == other.keys(), f"different weights: {model}"
         assert all(th.equal(values, other[name]) for name, values in one.items()), f"different weights: {model}"

@@ -30,7 +30,7 @@ def test_what_kills_may_do_to_runs_is_seen(tmp_path: Path) -> None:
     raw_files, models = kills.compare(whole, killed)
     assert (raw_files, models) == (6, 1)
     run = killed / "mappo" / "seed-3"
-    for name in ("progress.csv", "model.zip", "config.yaml"):
+    for name in ("progress.csv", "model.zip", "config.yaml", "weights.safetensors"):
         content = (run / name).read_bytes()
         (run / name).write_bytes(content[:-1] + bytes([content[-1] ^ 1]))
         with pytest.raises(AssertionError, match=rf"different: .*{name}"):

@@ -17,6 +17,7 @@ from lawn_sb3.experiment.run_directory.files import (
     MANIFEST_FILE,
     PROVENANCE_FILE,
     RESULT_FILES,
+    TENSORS_FILE,
     WEIGHTS_FILE,
 )
 from lawn_sb3.whole_files import write_json
@@ -98,7 +99,8 @@ def altered_files(folder: Path) -> list[str]:
     if manifest is None:
         return []
     files: Mapping[str, str] = manifest["files"]
-    results: Collection[str] = [name for name in (*RESULT_FILES, WEIGHTS_FILE) if (folder / name).exists()]
+    known = (*RESULT_FILES, WEIGHTS_FILE, TENSORS_FILE)
+    results: Collection[str] = [name for name in known if (folder / name).exists()]
     altered = [name for name, digest in files.items() if not _is(folder / name, digest)]
     return altered + [name for name in results if name not in files]
 
