@@ -17,7 +17,7 @@ from stable_baselines3.common.vec_env.base_vec_env import VecEnvIndices, VecEnvO
 
 from lawn_sb3.choices import Continuation, Credit, RewardTerm
 from lawn_sb3.envs.observation import Extra
-from lawn_sb3.envs.training_env import Timeout, TrainingEnv
+from lawn_sb3.envs.training_env import Timeout, TrainingEnv, not_started
 from lawn_sb3.errors import UserError
 from lawn_sb3.scenario import Scenario
 
@@ -78,8 +78,10 @@ class FlatVecEnv(VecEnvWrapper):
         """Begin a step.
 
         :param actions: one for each slot [num_envs]
-        :raises UserError: if they are others
+        :raises UserError: if they are others, or the games were not started
         """
+        if not all(game.started for game in self.games):
+            raise not_started()
         chosen = np.asarray(actions)
         if chosen.shape != (self.num_envs,) or not np.issubdtype(chosen.dtype, np.integer):
             what = f"{chosen.dtype} of shape {chosen.shape}"

@@ -13,7 +13,7 @@ from pettingzoo import ParallelEnv
 from lawn_sb3.choices import REWARD_TERMS
 from lawn_sb3.envs.observation import Observer, space_of
 from lawn_sb3.envs.rendering import draw_picture, draw_text
-from lawn_sb3.envs.training_env import Timeout, check_scenario, check_timeout
+from lawn_sb3.envs.training_env import Timeout, check_scenario, check_timeout, not_started
 from lawn_sb3.envs.window import Window
 from lawn_sb3.errors import UserError
 from lawn_sb3.game.airspace import Missions
@@ -153,7 +153,7 @@ class LawnEnv(ParallelEnv):  # type: ignore[misc]
         :raises UserError: if an action is missing or does not exist, a UAV does not, or no game was started
         """
         if not self._started:
-            raise UserError("no game was started: reset() starts one")
+            raise not_started()
         if not isinstance(actions, Mapping):
             raise UserError(f"actions = {actions!r}: one for each UAV in the air, by its name")
         flew = self.agents  # nobody after the end, where SuperSuit's ``black_death`` asks once more

@@ -37,6 +37,11 @@ def check_scenario(scenario: Scenario) -> Scenario:
     return scenario
 
 
+def not_started() -> UserError:
+    """The error of whoever steps an environment before its first reset."""
+    return UserError("no game was started: reset() starts one")
+
+
 class TrainingEnv(ParallelEnv):  # type: ignore[misc]
     """G games of N UAVs as one parallel environment of G x N agents; agent g * N + i is UAV i of game g.
 
@@ -88,6 +93,8 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         self._observation_space = space_of(self.layout.flat_dim)
         self._action_space = spaces.Discrete(self.simulator.num_actions)
         self._never = dict.fromkeys(self.possible_agents, False)
+        self.started = False
+        """Whether the games were started, by a reset or by going back to others."""
         self._reward_sum = np.zeros((num_games, scenario.num_uavs))
         for term in without_reward:
             if term not in REWARD_TERMS:
@@ -113,6 +120,7 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         """
         self.simulator.reset(seed=seed)
         self._reward_sum[:] = 0.0
+        self.started = True
         return self._observe(), {agent: {} for agent in self.agents}
 
     def step(
@@ -189,3 +197,4 @@ class TrainingEnv(ParallelEnv):  # type: ignore[misc]
         """Go back to what :meth:`snapshot` returned."""
         self.simulator.restore(snapshot[0])
         self._reward_sum = snapshot[1].copy()
+        self.started = True

@@ -1,5 +1,6 @@
 """What the environments are handed wrongly, and the one line that says so: nothing is played, nothing guessed."""
 
+import copy
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -48,8 +49,20 @@ def step_all(actions: Any) -> Callable[[], object]:
     return play
 
 
+def step_seeded() -> object:
+    """Seed games, which starts none, and play a slot of them."""
+    env = make_vec_env(TINY, num_games=2, copies=2)
+    env.seed(3)
+    return env.step(np.zeros(8, int))
+
+
 MISUSES: Mapping[str, tuple[Callable[[], object], str]] = {
     "no reset": (lambda: LawnEnv(TINY).step({"uav_0": 0, "uav_1": 0}), "no game was started: reset() starts one"),
+    "no reset of many": (
+        lambda: make_vec_env(TINY, num_games=2, seed=0).step(np.zeros(4, int)),
+        "no game was started: reset() starts one",
+    ),
+    "seed without a reset": (step_seeded, "no game was started: reset() starts one"),
     "action 10^30": (first(10**30), f"action of uav_0 = {10**30}: from 0 to 62"),
     "action -10^30": (first(-(10**30)), f"action of uav_0 = {-(10**30)}: from 0 to 62"),
     "action 2^63": (first(2**63), f"action of uav_0 = {2**63}: from 0 to 62"),
@@ -124,3 +137,14 @@ def test_lists_of_whole_numbers_will_do() -> None:
     assert isinstance(env, FlatVecEnv)
     env.reset()
     assert env.step([0, 0, 0, 0])[1].shape == (4,)  # type: ignore[arg-type]
+
+
+def test_games_that_were_gone_back_to_or_copied_have_been_started() -> None:
+    env, other = make_vec_env(TINY, num_games=2, seed=0), make_vec_env(TINY, num_games=2)
+    env.reset()
+    other.env_method("restore", env.env_method("snapshot", indices=0)[0], indices=0)
+    hover = np.zeros(4, int)
+    seen = env.step(hover)[0]
+    np.testing.assert_array_equal(other.step(hover)[0], seen)
+    again = copy.deepcopy(other)
+    np.testing.assert_array_equal(again.step(hover)[0], env.step(hover)[0])
