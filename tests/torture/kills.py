@@ -1,8 +1,8 @@
 """Recipes killed at random, as a group, by their parent alone, or by one worker, and begun again each time.
 
 What they leave in the end has to be what they leave when nobody kills them. Half of the kills may fall before the first
-checkpoint, the others wait for one. ``python -m tests.torture.kills [NUMBER]``: how many kills of each learner, 20 by
-default. Looks at ``/proc``: Linux alone.
+checkpoint, the others wait for one. ``python -m tests.torture.kills [NUMBER [LEARNER ...]]``: how many kills of each
+learner, 20 by default, and of which, by default all. Looks at ``/proc``: Linux alone.
 """
 
 import json
@@ -15,6 +15,7 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -89,12 +90,17 @@ class Result(NamedTuple):
         )
 
 
-def begin(recipe: Path) -> subprocess.Popen[bytes]:
-    """Start a recipe, in a process group of its own."""
-    command = [sys.executable, "-m", "tests.torture.often", "reproduce", str(recipe)]
+def begin(command: Sequence[str | Path], folder: Path) -> subprocess.Popen[bytes]:
+    """Start ``lawn-sb3``, in a process group of its own.
+
+    :param command: its arguments
+    :param folder: that of the runs, beside which goes what it says
+    :return: the process
+    """
+    line = [sys.executable, "-m", "tests.torture.often", *map(str, command)]
     environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
-    with recipe.with_suffix(".said").open("ab") as said:
-        return subprocess.Popen(command, env=environment, stdout=said, stderr=said, process_group=0)
+    with folder.with_suffix(".said").open("ab") as said:
+        return subprocess.Popen(line, env=environment, stdout=said, stderr=said, process_group=0)
 
 
 class State(NamedTuple):
@@ -241,7 +247,7 @@ def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS)
     whole, killed = folder / "whole", folder / "killed"
     for path in (whole, killed):
         path.with_suffix(".yaml").write_text(content, encoding="utf-8")
-    process = begin(whole.with_suffix(".yaml"))
+    process = begin(["reproduce", whole.with_suffix(".yaml")], whole)
     assert wait_for_workers(process), whole.with_suffix(".said").read_text()
     began = time.monotonic()
     wait_for_a_checkpoint(process, whole)
@@ -250,30 +256,34 @@ def torture(learner: str, number: int, folder: Path, env_steps: int = ENV_STEPS)
         time.sleep(0.05)
     pace = Pace(first, time.monotonic() - began - first)
     assert process.wait() == 0, whole.with_suffix(".said").read_text()
-    return kill(whole, killed, number, pace)
+    return kill(["reproduce", killed.with_suffix(".yaml")], whole, killed, number, pace)
 
 
-def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
-    """Kill the runs of a recipe, begin them again, and hold them against others whenever they are finished.
+def kill(
+    command: Sequence[str | Path], whole: Path, killed: Path, number: int, pace: Pace, early_every: int = EARLY_EVERY
+) -> Result:
+    """Kill the runs of a command, begin them again, and hold them against others whenever they are finished.
 
+    :param command: the arguments of ``lawn-sb3`` that make them, in processes of their own
     :param whole: the runs that nobody kills
-    :param killed: where the others go; the recipe of each lies beside it
+    :param killed: where the others go
     :param number: how many kills
     :param pace: how long the runs take that nobody kills
+    :param early_every: one in so many of each kind of kill does not wait for a checkpoint; 0: all wait
     :return: what came of it
     :raises AssertionError: if anything is lost, different, or left over
     """
-    recipe, said = killed.with_suffix(".yaml"), killed.with_suffix(".said")
+    said = killed.with_suffix(".said")
     chance, kills, slowest, busiest = random.Random(0), Counter[str](), 0.0, 0.0
     rounds = files = models = gone_on = later = 0
     had_checkpoint: set[Path] = set()
     share = 1.0  # of the pace: less where runs are done before they could be killed, as the machine is faster by now
-    process = begin(recipe)
+    process = begin(command, killed)
     while True:
         if kills.total() == number:
             process.wait()
         elif wait_for_workers(process):
-            if kills.total() // len(KINDS) % EARLY_EVERY == 0:
+            if early_every and kills.total() // len(KINDS) % early_every == 0:
                 time.sleep(chance.uniform(0.0, share * pace.first_checkpoint))
             else:
                 wait_for_a_checkpoint(process, killed)
@@ -289,7 +299,7 @@ def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
             share /= 2.0
             shutil.rmtree(killed)
             had_checkpoint.clear()
-            process = begin(recipe)
+            process = begin(command, killed)
         elif pids:  # else it is writing its report
             share = min(1.0, 1.2 * share)
             kind = KINDS[kills.total() % len(KINDS)]
@@ -309,18 +319,19 @@ def kill(whole: Path, killed: Path, number: int, pace: Pace) -> Result:
                 slowest, busiest = max(slowest, seconds), max(busiest, computed)
                 assert seconds <= SECONDS or computed <= CPU_SECONDS, f"a worker outlived its parent by {seconds:.1f} s"
                 process.wait()
-                process = begin(recipe)
+                process = begin(command, killed)
 
 
-def main(number: int = 20) -> str:
+def main(number: int = 20, *learners: str) -> str:
     """Kill the runs of each learner, and print what came of it.
 
     :param number: how many kills of each
+    :param learners: of which; by default of all
     :return: a line on all
     :raises AssertionError: if anything is lost, different, or left over
     """
     results = []
-    for name in METHODS:
+    for name in learners or METHODS:
         with tempfile.TemporaryDirectory() as made:
             results.append(torture(name, number, Path(made)))
         print(results[-1].line(name), flush=True)
@@ -331,4 +342,5 @@ def main(number: int = 20) -> str:
 
 
 if __name__ == "__main__":
-    print(main(*map(int, sys.argv[1:])))
+    count, *chosen = sys.argv[1:] or ["20"]
+    print(main(int(count), *chosen))

@@ -1,13 +1,16 @@
-"""The short form of the campaign of damages, and that the one of kills sees what it looks for."""
+"""The short forms of the campaigns of damages and of kills, and that the one of kills sees what it looks for."""
 
 import shutil
+import time
 from collections import Counter
 from pathlib import Path
 
 import pytest
+import yaml
 
 from lawn_sb3.experiment.checkpoint import Checkpoints
 from lawn_sb3.experiment.train import run_cell
+from tests.cli.running import exit_status
 from tests.experiment.training import ignore, interrupt, mappo_cell
 from tests.torture import damages, kills
 
@@ -21,6 +24,20 @@ def test_checkpoints_damaged_alone_and_both_leave_what_others_leave(
     assert damages.line("mappo", ends + Counter(ends)) == (
         "mappo: 10 damages noticed, 8 resumed from the checkpoint before, 2 begun anew; all raw files and weights equal"
     )
+
+
+def test_a_training_killed_after_its_first_checkpoint_leaves_what_others_leave(tmp_path: Path) -> None:
+    whole, killed = tmp_path / "whole", tmp_path / "killed"
+    recipe = tmp_path / "short.yaml"
+    method = {"label": "MAPPO", "env_steps": 4_000, "num_games": 8, **kills.METHODS["mappo"]}
+    recipe.write_text(yaml.safe_dump({"seeds": [0], "evaluation": kills.EVALUATION, "methods": {"mappo": method}}))
+    train: list[str | Path] = ["train", "--recipe", recipe, "--method", "mappo"]
+    began = time.monotonic()
+    assert exit_status(*train, "--no-progress", "--out", whole / "mappo" / "seed-0") == 0
+    pace = kills.Pace(0.0, 0.3 * (time.monotonic() - began))  # a part of what is left after the first checkpoint
+    result = kills.kill([*train, "--seeds", "0", "--out", killed / "mappo"], whole, killed, 1, pace, early_every=0)
+    assert result.kills == {"group": 1}
+    assert (result.later, result.resumed, result.raw_files, result.models) == (1, 1, 6, 1)
 
 
 def test_what_kills_may_do_to_runs_is_seen(tmp_path: Path) -> None:
