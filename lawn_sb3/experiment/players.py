@@ -22,7 +22,12 @@ from lawn_sb3.experiment.run_directory.files import MODEL_FILE, WEIGHTS_FILE
 from lawn_sb3.experiment.weights import load_networks
 from lawn_sb3.game.player import Player
 from lawn_sb3.game.simulator import Simulator
+from lawn_sb3.game.state import State
 from lawn_sb3.scenario import Scenario
+
+FEWEST_ASKED = 4
+"""Games that a model is asked about at least: with three rows or fewer BLAS may add in another order, and the last bits
+of the answers be others."""
 
 
 class ModelPlayer:
@@ -66,30 +71,43 @@ class ModelPlayer:
         return not isinstance(self.model, IQL) and NOT_BY_N.issuperset(sees)
 
     def act(self, simulator: Simulator) -> NDArray[np.int64]:
-        """Ask the model.
+        """Ask the model, if it is greedy and remembers nothing only about games in which somebody flies.
 
         :param simulator: the games
-        :return: indices into the action table [G, N]
+        :return: indices into the action table [G, N]; 0 in games that the model was not asked about
         """
         state = simulator.state
-        if self._is_moved:
-            seen = self._observer.seen(state)
-            flat = np.zeros((*seen.shape[:2], self._layout.flat_dim), dtype=np.float32)
-            flat[..., self._layout.seen(())] = seen
-        else:
-            flat = self._observer.flat(state)
+        flat = self._flat(state)
+        asked = self._asked(np.asarray(state.flying.any(axis=1)))
         more: dict[str, Any] = {}
         if isinstance(self.model, MaskablePPO):
-            masks = simulator.allowed_moves(self._slack)
+            masks = simulator.allowed_moves(self._slack)[asked]
             more["action_masks"] = masks.reshape(-1, simulator.num_actions)
-        actions, self._memory = self.model.predict(
-            flat.reshape(-1, flat.shape[-1]),
+        answers, self._memory = self.model.predict(
+            flat[asked].reshape(-1, flat.shape[-1]),
             state=self._memory,
-            episode_start=(state.slot == 0).ravel(),
+            episode_start=(state.slot == 0)[asked].ravel(),
             deterministic=self.deterministic,
             **more,
         )
-        return np.asarray(actions, dtype=np.int64).reshape(flat.shape[:2])
+        actions = np.zeros(flat.shape[:2], dtype=np.int64)
+        actions[asked] = np.reshape(answers, (-1, flat.shape[1]))
+        return actions
+
+    def _flat(self, state: State) -> NDArray[np.float32]:
+        """Observations as the model knows them [G, N, flat_dim]."""
+        if not self._is_moved:
+            return self._observer.flat(state)
+        seen = self._observer.seen(state)
+        flat = np.zeros((*seen.shape[:2], self._layout.flat_dim), dtype=np.float32)
+        flat[..., self._layout.seen(())] = seen
+        return flat
+
+    def _asked(self, flies: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """The games to ask about, in order: all, where what is drawn or remembered depends on how many there are."""
+        if not self.deterministic or self._memory is not None:
+            return np.arange(len(flies))
+        return np.sort(np.argsort(~flies, kind="stable")[: max(int(flies.sum()), FEWEST_ASKED)])
 
 
 def load_player(cell: Cell, deterministic: bool = True, game: Scenario | None = None) -> Player:

@@ -88,7 +88,8 @@ class IndependentPolicy(BasePolicy):
         """Put all learners' policies in training or evaluation mode."""
         for policy in self.learners:
             assert isinstance(policy, BasePolicy)
-            policy.set_training_mode(mode)
+            if policy.training != mode:  # SB3 asks before every action, and to go through all layers takes a while
+                policy.set_training_mode(mode)
         self.training = mode
 
     def _get_constructor_parameters(self) -> dict[str, Any]:
