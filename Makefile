@@ -50,7 +50,7 @@ test-trainers: install $(TRAINERS:%=.venvs/%/installed) ## run the examples of d
 peers: install .venvs/benchmarl/installed .venvs/rllib/installed .venvs/skrl/installed ## train other projects' trainers beside ours
 	$(BIN)/python -m tests.peers
 
-torture: install ## kill runs at random and damage checkpoints, hundreds of times (an hour)
+torture: install ## kill runs at random, damage checkpoints and fill disks, hundreds of times (an hour)
 	$(BIN)/python -m tests.torture
 
 lint: style types arrows ## check style, types and the arrows between the folders: what pre-commit checks too

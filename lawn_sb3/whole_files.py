@@ -9,6 +9,16 @@ from typing import Any
 
 
 @contextmanager
+def named(path: Path) -> Iterator[None]:
+    """Let errors of the system name what is being written, as the user knows it: a disk that is full names nothing."""
+    try:
+        yield
+    except OSError as error:
+        error.filename, error.filename2 = str(path), None
+        raise
+
+
+@contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
     """Write a file in one go.
 
@@ -21,11 +31,9 @@ def whole_file(path: Path) -> Iterator[Path]:
         raise OSError(errno.EEXIST, "There is something else than a file", str(path))
     part = target.with_name(f"part-{path.name}")
     try:
-        yield part
-        part.replace(target)
-    except OSError as error:
-        error.filename, error.filename2 = str(path), None  # the name that the user knows
-        raise
+        with named(path):
+            yield part
+            part.replace(target)
     finally:
         if part.parent.is_dir():
             part.unlink(missing_ok=True)

@@ -51,6 +51,11 @@ CPU_SECONDS = 0.2
 that, which it does as soon as Python has started."""
 
 
+OFTEN = (sys.executable, "-m", "tests.torture.often")
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
+"""With what, and in what environment, ``lawn-sb3`` is started."""
+
+
 class Pace(NamedTuple):
     """How long an undisturbed recipe takes from the start of its workers."""
 
@@ -97,10 +102,8 @@ def begin(command: Sequence[str | Path], folder: Path) -> subprocess.Popen[bytes
     :param folder: that of the runs, beside which goes what it says
     :return: the process
     """
-    line = [sys.executable, "-m", "tests.torture.often", *map(str, command)]
-    environment = {**os.environ, "PYTHONPATH": str(REPOSITORY), "OMP_NUM_THREADS": "1"}
     with folder.with_suffix(".said").open("ab") as said:
-        return subprocess.Popen(line, env=environment, stdout=said, stderr=said, process_group=0)
+        return subprocess.Popen([*OFTEN, *command], env=ENVIRONMENT, stdout=said, stderr=said, process_group=0)
 
 
 class State(NamedTuple):

@@ -7,6 +7,7 @@ Stable-Baselines3 records. All but the first may have gaps.
 
 import csv
 import shutil
+import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -18,6 +19,7 @@ from lawn_sb3.errors import UserError
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.run_directory.csv_file import checked, number, read_texts, whole
 from lawn_sb3.experiment.run_directory.files import PROGRESS_FILE
+from lawn_sb3.whole_files import named
 
 STEPS = "time/env_steps"
 NOT_REPEATABLE = {"time/fps", "time/time_elapsed", "time/iterations"}
@@ -35,7 +37,8 @@ class ProgressCSV(KVWriter):
         self.path = path
         self.rows: list[dict[str, str]] = list(csv.DictReader(before.splitlines()))
         self.columns = list(self.rows[0]) if self.rows else []
-        path.write_text(before, encoding="utf-8")
+        with named(path):
+            path.write_text(before, encoding="utf-8")
 
     def write(self, key_values: dict[str, Any], key_excluded: dict[str, tuple[str, ...]], step: int = 0) -> None:
         """Append one row.
@@ -48,7 +51,7 @@ class ProgressCSV(KVWriter):
         self.rows.append(row)
         new = sorted(set(row) - set(self.columns))
         self.columns += new
-        with self.path.open("w" if new else "a", encoding="utf-8", newline="") as file:
+        with named(self.path), self.path.open("w" if new else "a", encoding="utf-8", newline="") as file:
             table = csv.DictWriter(file, self.columns, restval="", lineterminator="\n")
             if new:  # rows written before lack the new columns
                 table.writeheader()
@@ -67,7 +70,10 @@ class TensorBoardCurve(TensorBoardOutputFormat):
 
     def __init__(self, folder: Path, before: Sequence[Mapping[str, str]] = ()) -> None:
         shutil.rmtree(folder, ignore_errors=True)  # else rows that came after the checkpoint would be there twice
-        super().__init__(str(folder))
+        self.folder = folder
+        threading.excepthook = _all_but_tensorboard
+        with named(folder):
+            super().__init__(str(folder))
         for row in before:
             self.write({key: float(text) for key, text in row.items() if text}, {})
 
@@ -79,7 +85,19 @@ class TensorBoardCurve(TensorBoardOutputFormat):
         :param step: agent steps so far, unused: the axis is env steps
         """
         shown = {key: value for key, value in key_values.items() if key not in NOT_REPEATABLE}
-        super().write(shown, dict.fromkeys(shown, ()), int(key_values[STEPS]))
+        with named(self.folder):
+            super().write(shown, dict.fromkeys(shown, ()), int(key_values[STEPS]))
+
+    def close(self) -> None:
+        """Close the event file."""
+        with named(self.folder):
+            super().close()
+
+
+def _all_but_tensorboard(failure: threading.ExceptHookArgs) -> None:
+    """Tell of what a thread ended by, but for the one that writes events: the next write raises its error again."""
+    if not type(failure.thread).__module__.startswith("tensorboard."):
+        threading.__excepthook__(failure)
 
 
 def read_progress(cell: Cell) -> pd.DataFrame:

@@ -20,6 +20,7 @@ from filelock import BaseFileLock, FileLock, Timeout
 
 from lawn_sb3.errors import HeldError
 from lawn_sb3.experiment.run_directory.files import LOCK_FILE
+from lawn_sb3.whole_files import named
 
 PATIENCE_SECONDS = 3.0
 """How long a writer that was ended may take to let go: its processes have two seconds."""
@@ -62,7 +63,8 @@ def only_writer(folder: Path) -> Iterator[None]:
     try:
         if isinstance(lock, FileLock):  # else it is a SoftFileLock by now, whose file has its own content
             since = datetime.now(UTC).isoformat(timespec="seconds")
-            path.write_text(json.dumps({**Writer.here()._asdict(), "since": since}), "utf-8")
+            with named(path):
+                path.write_text(json.dumps({**Writer.here()._asdict(), "since": since}), "utf-8")
         remove_parts(folder)
         yield
     finally:
