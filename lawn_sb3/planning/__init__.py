@@ -7,6 +7,7 @@ beyond T_i^min a flight may take. Slots ``s`` are counted from now: s = 1 is the
 
 from lawn_sb3.planning.best_route import BestRoutePlayer, BoundPlayer
 from lawn_sb3.planning.equilibrium import EquilibriumPlayer, WelfarePlayer, WorstEquilibriumPlayer
+from lawn_sb3.planning.first_moves import first_move_losses
 from lawn_sb3.planning.forecast import ForecastPlayer
 from lawn_sb3.planning.mean_field import MeanFieldDestinationsPlayer, MeanFieldMemoryPlayer, MeanFieldPlayer
 from lawn_sb3.planning.plan_player import PlanPlayer
@@ -24,4 +25,5 @@ __all__ = [
     "ShortestPathPlayer",
     "WelfarePlayer",
     "WorstEquilibriumPlayer",
+    "first_move_losses",
 ]

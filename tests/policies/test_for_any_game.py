@@ -5,6 +5,7 @@ import pytest
 import torch as th
 
 from lawn_sb3.algos.common.around import Around
+from lawn_sb3.algos.common.outlook import MOST_LOST, Outlook
 from lawn_sb3.algos.common.scales import MORE, AtScales
 from lawn_sb3.algos.mappo import EpisodeMAPPO
 from lawn_sb3.envs import Observer, make_vec_env
@@ -12,16 +13,20 @@ from lawn_sb3.game.airspace import Missions, action_table
 from lawn_sb3.game.radio import rate_unit_mbps
 from lawn_sb3.game.simulator import Simulator
 from lawn_sb3.scenario import PRESETS, Scenario
+from policies.foresees_cells import ForeseesCellsPolicy
 from policies.knows_cells import KnowsCellsPolicy
+from tests.planning.test_first_moves import losses
 
 PAPER = PRESETS["paper"]
 
 
-def seen_by(scenario: Scenario, origins: list[list[int]], destinations: list[list[int]]) -> tuple[Around, th.Tensor]:
+def seen_by(
+    scenario: Scenario, origins: list[list[int]], destinations: list[list[int]], kind: type[Around] = Around
+) -> tuple[Around, th.Tensor]:
     simulator = Simulator(scenario, 1, seed=0, continuation="episode")
     simulator.reset(missions=Missions(np.array([origins]), np.array([destinations])))
     observer = Observer(scenario, ["clock"])
-    return Around(scenario, observer.layout), th.as_tensor(observer.seen(simulator.state)[0])
+    return kind(scenario, observer.layout), th.as_tensor(observer.seen(simulator.state)[0])
 
 
 def test_rates_around_are_what_joining_the_cells_would_give() -> None:
@@ -41,7 +46,8 @@ def test_rates_around_are_what_joining_the_cells_would_give() -> None:
     assert float(rates[places[(-3, 0, 0)]]) == 0.0  # out of the airspace
 
 
-def test_turned_airspaces_look_the_same_and_moves_are_turned_back() -> None:
+@pytest.mark.parametrize("kind", [Around, Outlook])
+def test_turned_airspaces_look_the_same_and_moves_are_turned_back(kind: type[Around]) -> None:
     size = PAPER.width_voxels - 1
     origins, destinations = (
         np.array([[2, 1, 0], [6, 3, 1], [1, 8, 2], [4, 4, 0]]),
@@ -54,12 +60,12 @@ def test_turned_airspaces_look_the_same_and_moves_are_turned_back() -> None:
         x, y = (y, x) if k & 4 else (x, y)
         return np.stack([size - x if k & 2 else x, size - y if k & 1 else y, z], axis=1).tolist()  # type: ignore[no-any-return]
 
-    around, seen = seen_by(PAPER, turned(origins, 0), turned(destinations, 0))
+    around, seen = seen_by(PAPER, turned(origins, 0), turned(destinations, 0), kind)
     features, turn = around(seen)
     moves = action_table(PAPER.max_voxel_steps)
     answers = th.as_tensor(moves[:, :2] @ np.array([10, 1])).float()[None]  # tells horizontal moves apart
     for k in range(1, 8):
-        _, elsewhere = seen_by(PAPER, turned(origins, k), turned(destinations, k))
+        _, elsewhere = seen_by(PAPER, turned(origins, k), turned(destinations, k), kind)
         others, other_turn = around(elsewhere)
         th.testing.assert_close(others[0], features[0])
         best = [int(around.turn_back(answers, which[:1]).argmax()) for which in (turn, other_turn)]
@@ -67,14 +73,41 @@ def test_turned_airspaces_look_the_same_and_moves_are_turned_back() -> None:
         assert turned(ends[0][None], k)[0] == ends[1].tolist()
 
 
-def test_no_weight_depends_on_how_many_uavs_or_cells_there_are() -> None:
+@pytest.mark.parametrize("policy", [KnowsCellsPolicy, ForeseesCellsPolicy])
+def test_no_weight_depends_on_how_many_uavs_or_cells_there_are(policy: type[KnowsCellsPolicy]) -> None:
     games = [PRESETS["tiny"], PAPER.grown(16), PAPER.changed(gbs_positions_m=((25.0, 25.0, 0.0), (75.0, 60.0, 0.0)))]
     models = [
-        EpisodeMAPPO(KnowsCellsPolicy, make_vec_env(game, 1, seed=0, continuation="episode", extras=["clock"], slack=0))
+        EpisodeMAPPO(policy, make_vec_env(game, 1, seed=0, continuation="episode", extras=["clock"], slack=0))
         for game in games
     ]
     shapes = [{name: value.shape for name, value in model.policy.state_dict().items()} for model in models]
     assert shapes[0] == shapes[1] == shapes[2]
+
+
+def test_losses_are_told_in_the_order_of_the_turned_moves() -> None:
+    # From (5, 2, 0) to (5, 8, 0) in two slots: the one move in time is along y, which after the turn is along x.
+    outlook, seen = seen_by(PAPER.changed(num_uavs=1), [[5, 2, 0]], [[5, 8, 0]], Outlook)
+    assert isinstance(outlook, Outlook)
+    features, turn = outlook(seen)
+    moves = action_table(PAPER.max_voxel_steps)
+    lost = outlook.losses_of(features)
+    assert moves[int(lost.argmin())].tolist() == [3, 0, 0]
+    assert moves[int(outlook.turn_back(lost, turn).argmin())].tolist() == [0, 3, 0]
+    assert sorted(set(lost[0].tolist())) == [0.0, MOST_LOST]
+
+
+def test_an_untrained_actor_that_trusts_the_forecast_flies_as_it_does() -> None:
+    game = PAPER.grown(16)
+    env = make_vec_env(game, 8, seed=0, continuation="episode", extras=["clock"], slack=0)
+    model = EpisodeMAPPO(ForeseesCellsPolicy, env, policy_kwargs={"trust": 1e4})
+    simulator = env.games[0].simulator
+    obs = env.reset()
+    for _ in range(4):
+        moves, _ = model.predict(np.asarray(obs), deterministic=True, action_masks=env.action_masks())
+        for g, chosen in enumerate(moves.reshape(8, -1)):
+            lost_mbps = losses(simulator, g)
+            assert (lost_mbps[range(16), chosen] < 0.01)[simulator.state.flying[g]].all()
+        obs, *_ = env.step(moves)
 
 
 def test_the_way_at_several_scales_by_hand() -> None:

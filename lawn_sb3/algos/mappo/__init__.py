@@ -1,7 +1,7 @@
 """CTDE-MAPPO."""
 
 from lawn_sb3.algos.mappo.episodes import EpisodeMAPPO
-from lawn_sb3.algos.mappo.framed_policy import FramedPolicy
+from lawn_sb3.algos.mappo.framed_policy import FramedLayers, FramedPolicy
 from lawn_sb3.algos.mappo.mappo import MAPPO
 from lawn_sb3.algos.mappo.policies import CTDEPolicy, MaskableCTDEPolicy
 from lawn_sb3.algos.mappo.recurrent_policy import RecurrentCTDEPolicy
@@ -11,6 +11,7 @@ __all__ = [
     "MAPPO",
     "CTDEPolicy",
     "EpisodeMAPPO",
+    "FramedLayers",
     "FramedPolicy",
     "MaskableCTDEPolicy",
     "MaskableMAPPO",

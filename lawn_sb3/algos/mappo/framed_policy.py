@@ -25,6 +25,9 @@ class FramedLayers(ActorCriticExtractor):
     :param num_actions: A
     """
 
+    encoder: Any
+    """As the policy's ``make_encoder`` gives it."""
+
     def __init__(
         self, policy: "FramedPolicy", net_arch: dict[str, list[int]], activation_fn: type[nn.Module], num_actions: int
     ) -> None:
@@ -37,10 +40,15 @@ class FramedLayers(ActorCriticExtractor):
         """Logits [B, A] of what the policy sees of flat observations [B, flat_dim]."""
         seen = self._views[0](flat)
         features, turn = self.encoder(seen)
-        logits = self.encoder.turn_back(self.policy_net(features), turn)
+        logits = self.encoder.turn_back(self.turned_logits(features), turn)
         if self.reluctance is None:
             return logits
         return logits - self.reluctance * ~in_time(self.scenario, self.encoder.layout, seen, slack=0)
+
+    def turned_logits(self, features: th.Tensor) -> th.Tensor:
+        """Logits of the turned moves [B, A], of encoded features [B, width]."""
+        logits: th.Tensor = self.policy_net(features)
+        return logits
 
 
 class FramedPolicy(Framed, MaskableCTDEPolicy):
@@ -53,6 +61,7 @@ class FramedPolicy(Framed, MaskableCTDEPolicy):
 
     looks_at_loads: ClassVar[bool] = True
     """Whether the actor looks at the cell loads that o_i holds, and at the EMA rate that they leave."""
+    layers_class: ClassVar[type[FramedLayers]] = FramedLayers
 
     def __init__(self, *args: Any, reluctance: float = 0.0, **kwargs: Any) -> None:
         self.reluctance = reluctance
@@ -78,13 +87,17 @@ class FramedPolicy(Framed, MaskableCTDEPolicy):
         place = encoder.turned(encoder.voxels(local[:, layout.position]), turn)
         return th.cat([own, *(part.float() for part in encoder.others(places, place, turn))], dim=1)
 
+    def make_critic_encoder(self) -> Any:
+        """How o_i and the clock, if the actor sees it, are put to the critic."""
+        clock: list[Sight] = [extra for extra in self.layout.extras if extra == "clock"]
+        return self.make_encoder(clock)
+
     def _build_mlp_extractor(self) -> None:
         assert isinstance(self.net_arch, dict)
         assert isinstance(self.action_space, spaces.Discrete)
-        clock: list[Sight] = [extra for extra in self.layout.extras if extra == "clock"]
-        self.critic_encoder = self.make_encoder(clock)
+        self.critic_encoder = self.make_critic_encoder()
         num_actions = int(self.action_space.n)
-        self.mlp_extractor = FramedLayers(self, self.net_arch, self.activation_fn, num_actions)
+        self.mlp_extractor = self.layers_class(self, self.net_arch, self.activation_fn, num_actions)
 
     def _build(self, lr_schedule: Schedule) -> None:
         super()._build(lr_schedule)

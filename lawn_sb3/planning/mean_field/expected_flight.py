@@ -42,20 +42,40 @@ def expected_flight(
         ceiling = 1.0 - (1.0 - beta) ** total  # as in best_flight: no longer flight can be better
         if utility(corrected_rate(peak_mbps * ceiling, beta, horizon), least, total) <= best.worth_mbps:
             break
-        low, size = _box(position, goal, slots * rules.max_voxel_steps, rules.grid)
-        volume = size[0] * size[1] * size[2]
-        values = room[: 2 * volume].reshape((2, size[0], size[1], size[2]))
-        here, there = _from(low, position), _from(low, goal)
+        low, size, values = flight_values(rules, position, goal, least, flown, slots, outlook, room)
+        here, there = from_corner(low, position), from_corner(low, goal)
         worth = utility(corrected_rate(ema_mbps * (1.0 - beta) ** slots, beta, horizon), least, total)
-        for s in range(slots, 0, -1):
-            weight = slot_weight(beta, slots - s, least, total, horizon)
-            ahead = outlook[min(bucket(s), len(outlook) - 1)]
-            now, later, gains_mbps = values[s % 2], values[(s + 1) % 2], -ahead[:, 1]
-            value_slot(rules, low, size, here, there, ahead[:, 0], gains_mbps, s, slots, weight, now, later, None)
-        action, value = best_move(rules.actions, size, rules.fly_through, here, there, values[1])
+        action, value = best_move(rules.actions, size, rules.fly_through, here, there, values)
         if worth + value > best.worth_mbps:
             best = Flight(slots, worth + value, action)
     return best
+
+
+@njit
+def flight_values(
+    rules: Rules, position: Voxel, goal: Voxel, least: int, flown: int, slots: int, outlook: Floats, room: Floats
+) -> tuple[Voxel, Voxel, Floats]:
+    """What a flight of so many slots is worth from each voxel that its first move can lead to.
+
+    :param least: T_i^min of the mission
+    :param flown: slots of it that have been flown
+    :param slots: that the flight takes, from now to its arrival
+    :param outlook: as for :func:`expected_flight`, as is ``room``
+    :return: the corner and size of the part of the airspace that the flight can be in, and the worth in Mbps of what is
+        gained in its voxels from there on [size]; minus infinity where the flight cannot be after its first slot
+    """
+    beta, total = rules.ema_beta, flown + slots
+    horizon = bias_horizon(rules, total)
+    low, size = _box(position, goal, slots * rules.max_voxel_steps, rules.grid)
+    volume = size[0] * size[1] * size[2]
+    values = room[: 2 * volume].reshape((2, size[0], size[1], size[2]))
+    here, there = from_corner(low, position), from_corner(low, goal)
+    for s in range(slots, 0, -1):
+        weight = slot_weight(beta, slots - s, least, total, horizon)
+        ahead = outlook[min(bucket(s), len(outlook) - 1)]
+        now, later, gains_mbps = values[s % 2], values[(s + 1) % 2], -ahead[:, 1]
+        value_slot(rules, low, size, here, there, ahead[:, 0], gains_mbps, s, slots, weight, now, later, None)
+    return low, size, values[1]
 
 
 @njit
@@ -75,5 +95,6 @@ def _side(first: int, second: int, aside: int, size: int) -> tuple[int, int]:
 
 
 @njit
-def _from(low: Voxel, voxel: Voxel) -> Voxel:
+def from_corner(low: Voxel, voxel: Voxel) -> Voxel:
+    """A voxel, counted from a corner."""
     return voxel[0] - low[0], voxel[1] - low[1], voxel[2] - low[2]
