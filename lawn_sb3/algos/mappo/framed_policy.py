@@ -40,7 +40,7 @@ class FramedLayers(ActorCriticExtractor):
         """Logits [B, A] of what the policy sees of flat observations [B, flat_dim]."""
         seen = self._views[0](flat)
         features, turn = self.encoder(seen)
-        logits = self.encoder.turn_back(self.turned_logits(features), turn)
+        logits: th.Tensor = self.encoder.turn_back(self.turned_logits(features), turn)
         if self.reluctance is None:
             return logits
         return logits - self.reluctance * ~in_time(self.scenario, self.encoder.layout, seen, slack=0)
