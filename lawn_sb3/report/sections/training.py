@@ -28,6 +28,8 @@ SUCCESS = (-2.0, 102.0)
 LINEAR_REWARD = 5.0
 """Rewards beyond are drawn on a logarithmic scale: those of the first rollouts lie far below."""
 REWARD_TICKS = (-50, -20, -10, -5, -2, 0, 2, 4)
+HIGH_REWARD_TICKS = (10, 20, 50)
+"""Where rewards of long flights come so far."""
 HIGH_SUCCESS = (90.0, 100.3)
 SETTLED = 0.25
 """Share of a training after which utilities are drawn: before, they are far below."""
@@ -84,7 +86,9 @@ def _figure(results: Results) -> Figure:
     axes[0, 1].set_ylim(*SUCCESS)
     if results.recipe.game().rate_unit == "lone-uav":  # rewards in Mbps have other ranges
         axes[0, 0].set_yscale("symlog", linthresh=LINEAR_REWARD, linscale=1.5)
-        axes[0, 0].set_yticks(REWARD_TICKS, [f"{tick:g}" for tick in REWARD_TICKS])
+        top = axes[0, 0].get_ylim()[1]
+        ticks = [*REWARD_TICKS, *(tick for tick in HIGH_REWARD_TICKS if tick <= top)]
+        axes[0, 0].set_yticks(ticks, [f"{tick:g}" for tick in ticks])
         axes[0, 0].minorticks_off()
     for ax, (quantity, close_by) in zip(axes[-1], zoomed.items(), strict=False):
         _draw_curves(ax, results, f"greedy/{quantity}", 1, palette)
