@@ -44,6 +44,13 @@ def test_runs_fly_their_own_game_and_are_told_apart_by_their_seeds(lawn: Lawn, r
     assert '"title":"paper, num_uavs=3"' in (tmp_path / "page.html").read_text("utf-8")
 
 
+@pytest.mark.skipif(not FFMpegWriter.isAvailable(), reason="ffmpeg is not there")
+def test_an_mp4_is_written_where_ffmpeg_is(lawn: Lawn, tmp_path: Path) -> None:
+    lawn("replay", *SHORT, "--out", tmp_path / "film.mp4")
+    assert (tmp_path / "film.mp4").read_bytes()[4:8] == b"ftyp"
+    assert [path.name for path in tmp_path.iterdir()] == ["film.mp4"]
+
+
 @pytest.mark.skipif(FFMpegWriter.isAvailable(), reason="ffmpeg is there")
 def test_without_ffmpeg_an_mp4_is_refused_before_anything_flies(lawn: Lawn, tmp_path: Path) -> None:
     said = lawn("replay", *SHORT, "--out", tmp_path / "film.mp4", status=2)
