@@ -1,6 +1,7 @@
 """What all tests share: settings, and small runs of players without training and of a short MAPPO."""
 
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -46,6 +47,14 @@ regret: true
 def _one_torch_thread() -> None:
     """Small networks are fastest on one thread, and with one alone the same seed gives the same numbers."""
     th.set_num_threads(1)
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _no_folders_left_by_loggers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """SB3 makes a folder in the system's own for each model that learns without a logger of its own."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SB3_LOGDIR", str(tmp_path_factory.mktemp("loggers")))
+        yield
 
 
 @pytest.fixture(scope="session")
