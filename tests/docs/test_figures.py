@@ -473,3 +473,46 @@ def test_the_comparison_in_the_airspace_as_printed() -> None:
     flown = [pd.read_csv(path) for path in (REPOSITORY / "runs/reference/as_printed/clock").glob("*/evaluation.csv")]
     assert all((rows["slots"] == rows["min_slots"]).all() for rows in flown)
     assert len(flown) == 5
+
+
+SWARM = {
+    "straight flight": "shortest-path",
+    "best route as if alone": "best-route",
+    "the map, `cells`": "cells",
+    "the map, `mixed`": "mixed",
+    "the map and a forecast, `foresees`": "foresees",
+    "`forecast`": "forecast",
+    "`mean-field`": "mean-field",
+}
+"""Rows of the table of docs/scaling.md, and the methods of runs/swarm.yaml."""
+
+
+def test_swarms() -> None:
+    at = {
+        n: {name: kept("swarm/scaling", name, num_uavs=str(n)) for name in ("utility_mbps", "success_percent")}
+        for n in (4, 16, 64, 256, 1024)
+    }
+    utility = {n: of["utility_mbps"] for n, of in at.items()}
+    assert all(value == 100.0 for of in at.values() for value in of["success_percent"].values())
+    rows = {row[0]: row[1:] for row in table_rows(PAGES["docs/scaling.md"]) if len(row) == 6}
+    for text, key in SWARM.items():
+        assert rows[text] == [f"{utility[n][key]:.2f}" if key in utility[n] else "–" for n in at], text
+    low, high = (kept("swarm/scaling", f"utility_mbps_{side}", num_uavs="1024") for side in ("low", "high"))
+    most, collisions = utility[1024], kept("swarm/scaling", "collisions", num_uavs="1024")
+    says(
+        "docs/scaling.md",
+        f"has {most['foresees']:.2f} [{low['foresees']:.2f}, {high['foresees']:.2f}] Mbps there, in each of the "
+        f"five seeds more than the best route as if alone ({most['best-route']:.2f}), and "
+        f"{100 * (1 - most['foresees'] / most['forecast']):.1f} % less than `forecast`",
+        f"it has {utility[64]['foresees'] - utility[64]['forecast']:.2f} Mbps more than `forecast` among 64",
+        f"among 1,024 {collisions['foresees']:.1f} times a mission, `forecast` {collisions['forecast']:.1f} times, "
+        f"UAVs on best routes {collisions['best-route']:.1f} times",
+    )
+    assert all(utility[n]["foresees"] < utility[n]["forecast"] for n in (4, 16, 256, 1024))
+    assert all(of["mean-field"] == max(of.values()) for n, of in utility.items() if n <= 64)
+    by_seed = [
+        pd.read_csv(path).query("num_uavs == 1024")["utility_mbps"].mean()
+        for path in (REPOSITORY / "runs/reference/swarm/foresees").glob("*/scaling.csv")
+    ]
+    assert len(by_seed) == 5
+    assert min(by_seed) > utility[1024]["best-route"]

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from lawn_sb3.report.section import Picture, Section
-from lawn_sb3.report.style import colours, legend_below, line_of, markers, use_house_style
+from lawn_sb3.report.style import colours, legend_below, line_of, mark_cut, markers, use_house_style
 from lawn_sb3.report.table import Table, interval_columns, sample_text
 from lawn_sb3.results.quantities import QUANTITIES, Quantity
 from lawn_sb3.results.results import Results
@@ -37,7 +37,7 @@ def section(results: Results) -> Section | None:
         return None
     means = _means(results.scaling, results.costs)
     parts: dict[str, Table | Picture | None] = {
-        "scaling_out": Picture(_figure(results, means), _caption(results)),
+        "scaling_out": Picture(_figure(results, means), _caption(results, means)),
         "scaling": _table(results, means),
     }
     return Section("Other numbers of UAVs", parts)
@@ -96,7 +96,7 @@ def _table(results: Results, means: Means) -> Table:
         for name, quantity in _shown(results).items()
         for key, label in labels.items()
     ]
-    text = f"{_caption(results)} In brackets those intervals. n: seeds × test episodes for each N"
+    text = f"{_caption(results, means)} In brackets those intervals. n: seeds × test episodes for each N"
     if len(results.costs):
         text += "; what a decision costs is measured on one game. –: not flown"
     return Table(pd.DataFrame(numbers), pd.DataFrame(shown), f"{text}.")
@@ -128,14 +128,25 @@ def _figure(results: Results, means: Means) -> Figure:
             ax.fill_between(num_uavs, values[:, 1], values[:, 2], color=palette[key], alpha=0.2, linewidth=0)
         _finish(ax, sorted(rows["num_uavs"].unique()), results.recipe.game().num_uavs)
         ax.set_ylabel(quantity.axis_label)
-        if name in COSTS:
+        if name == "decision_ms":
             ax.set_yscale("log")
-    axes[0].set_ylim(bottom=-0.5)
+        elif name == "memory_mb":
+            ax.set_ylim(bottom=0.0)
+    if _is_cut(means):
+        mark_cut(axes[0], y=True)
+    else:
+        axes[0].set_ylim(bottom=-0.5)
     axes[1].set_ylim(-2.0, 102.0)
     _spread_collisions(axes[2], rows["collisions"])
     handles = [Line2D([], [], markersize=5, label=label, **style[key]) for key, label in labels.items()]
     legend_below(figure, handles, 3.2)
     return figure
+
+
+def _is_cut(means: Means) -> bool:
+    """Whether utilities lie so close to each other that their axis does not begin at 0."""
+    utilities = [found["utility_mbps"].value for by_number in means.values() for found in by_number.values()]
+    return min(utilities) > max(utilities) / 2.0
 
 
 def _finish(ax: Axes, flown: list[int], trained: int) -> None:
@@ -158,7 +169,7 @@ def _spread_collisions(ax: Axes, collisions: pd.Series) -> None:
         ax.set_ylim(-0.08 * linear_to, 1.5 * max(some.max(), linear_to))
 
 
-def _caption(results: Results) -> str:
+def _caption(results: Results, means: Means) -> str:
     game, scaling = results.recipe.game(), results.recipe.scaling
     grows = scaling is not None and scaling.constant_density
     counts = results.scaling.groupby("num_uavs")["episodes"].first()
@@ -174,6 +185,7 @@ def _caption(results: Results) -> str:
         f"Players among N UAVs; learners were trained with N = {game.num_uavs} (dotted) and not again.{area} "
         f"Each N has {each} missions of its own, the same for all players and seeds, so "
         "from N to N the missions change too. Collisions: of a UAV in a mission; their axis is linear up to its second "
-        "tick. Means over seeds with 95 % bootstrap intervals over seeds, which with five seeds hold the true mean in "
+        f"tick{', and that of the utility is cut (//)' if _is_cut(means) else ''}. "
+        "Means over seeds with 95 % bootstrap intervals over seeds, which with five seeds hold the true mean in "
         "about five of six cases."
     )
