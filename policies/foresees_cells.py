@@ -18,7 +18,7 @@ class ForesightLayers(FramedLayers):
 
     def __init__(self, policy: "ForeseesCellsPolicy", *args: Any) -> None:
         super().__init__(policy, *args)
-        self.trust = nn.Parameter(th.tensor(policy.trust))
+        self.trust = nn.Parameter(th.tensor(float(policy.trust)))
 
     def turned_logits(self, features: th.Tensor) -> th.Tensor:
         logits: th.Tensor = super().turned_logits(features) - self.trust * self.encoder.losses_of(features)

@@ -20,6 +20,7 @@ SAME_RESULTS = {
     "07c170e5fc5bacf9": "57ee49afabab8eab",  # set_critic
     "26cc0f3c3069869e": "c722356090109cf4",  # state_critic
     "b87e8376de149be0": "1334e2d5a961ad95",  # in_time_mixer, whose monotonic_mixer did not count before
+    "6b5d9f45f19cabfa": "79eb185cf1e30711",  # foresees_cells, whose trust may be a whole number
 }
 """Digests of shipped files that were written anew and still leave the same bytes: today's, and the one it counts as.
 

@@ -99,7 +99,7 @@ def test_losses_are_told_in_the_order_of_the_turned_moves() -> None:
 def test_an_untrained_actor_that_trusts_the_forecast_flies_as_it_does() -> None:
     game = PAPER.grown(16)
     env = make_vec_env(game, 8, seed=0, continuation="episode", extras=["clock"], slack=0)
-    model = EpisodeMAPPO(ForeseesCellsPolicy, env, policy_kwargs={"trust": 1e4})
+    model = EpisodeMAPPO(ForeseesCellsPolicy, env, policy_kwargs={"trust": 10_000})
     simulator = env.games[0].simulator
     obs = env.reset()
     for _ in range(4):

@@ -18,6 +18,9 @@ class Outlook(Around):
     """What :class:`Around` gives, followed by what each turned move loses, in the unit of the rewards.
 
     Nothing is seen that o_i and the clock do not hold: the losses are worked out from them.
+
+    :param scenario: the game
+    :param layout: where everything lies in the flat observation, which holds the clock
     """
 
     def __init__(self, scenario: Scenario, layout: ObservationLayout) -> None:
@@ -40,8 +43,10 @@ class Outlook(Around):
         return features[:, -self.action.shape[1] :]
 
     def _losses(self, seen: th.Tensor) -> th.Tensor:
+        """What each move loses, in the unit of the rewards and at most :data:`MOST_LOST` [B, A]; in main memory."""
         layout, own = self.layout, seen.detach().cpu()
-        here, goal = (self._voxels(own[:, columns]).numpy() for columns in (layout.position, layout.destination))
+        places = (seen[:, columns].detach() for columns in (layout.position, layout.destination))
+        here, goal = (self._voxels(place).cpu().numpy() for place in places)
         least, flown = (
             (own[:, columns] * SLOT_UNIT).round().long().flatten().numpy()
             for columns in (layout.min_slots, layout.extra("clock"))

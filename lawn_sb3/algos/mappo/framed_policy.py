@@ -34,7 +34,7 @@ class FramedLayers(ActorCriticExtractor):
         encoder = policy.make_encoder(policy.sees, policy.looks_at_loads)
         super().__init__(policy, net_arch, activation_fn, (encoder.width, num_actions))
         self.encoder, self.scenario = encoder, policy.scenario
-        self.reluctance = nn.Parameter(th.tensor(policy.reluctance)) if policy.reluctance else None
+        self.reluctance = nn.Parameter(th.tensor(float(policy.reluctance))) if policy.reluctance else None
 
     def forward_actor(self, flat: th.Tensor) -> th.Tensor:
         """Logits [B, A] of what the policy sees of flat observations [B, flat_dim]."""
