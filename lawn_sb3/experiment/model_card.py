@@ -41,6 +41,9 @@ success the share of UAVs that arrive.
 {command}
 ```
 
+Other runs may come with it. A recipe or a scenario file that it names is not in this folder; `{config}` says all that
+the run depends on.
+
 ## Fly it
 
 `DIR` is this folder{needs}:
