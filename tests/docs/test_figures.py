@@ -506,10 +506,17 @@ def test_swarms() -> None:
         f"{100 * (1 - most['foresees'] / most['forecast']):.1f} % less than `forecast`",
         f"it has {utility[64]['foresees'] - utility[64]['forecast']:.2f} Mbps more than `forecast` among 64",
         f"among 1,024 {collisions['foresees']:.1f} times a mission, `forecast` {collisions['forecast']:.1f} times, "
-        f"UAVs on best routes {collisions['best-route']:.1f} times",
+        f"UAVs on best routes {collisions['best-route']:.1f} times, those that fly straight "
+        f"{collisions['shortest-path']:.1f} times",
     )
     assert all(utility[n]["foresees"] < utility[n]["forecast"] for n in (4, 16, 256, 1024))
     assert all(of["mean-field"] == max(of.values()) for n, of in utility.items() if n <= 64)
+    watched = [
+        pd.read_csv(path)["greedy/utility_mbps"].dropna()
+        for path in (REPOSITORY / "runs/reference/swarm/foresees").glob("*/progress.csv")
+    ]
+    before, after = (np.mean([curve.iloc[k] for curve in watched]) for k in (0, -1))
+    says("docs/scaling.md", f"it has {before:.2f} Mbps before the first update and {after:.2f} at the end")
     by_seed = [
         pd.read_csv(path).query("num_uavs == 1024")["utility_mbps"].mean()
         for path in (REPOSITORY / "runs/reference/swarm/foresees").glob("*/scaling.csv")
