@@ -27,6 +27,7 @@ COPIED = {
     "report-ladder": "runs/reference/ladder/report/README.md",
     "report-ablation": "runs/reference/ablation/report/README.md",
     "report-as-printed": "runs/reference/as_printed/report/README.md",
+    "report-swarm": "runs/reference/swarm/report/README.md",
     "report-sensitivity": "runs/reference/sensitivity/report/README.md",
     "report-readings": "runs/reference/readings/report/README.md",
     "report-bfloat16": "runs/reference/bfloat16/report/README.md",
