@@ -64,11 +64,12 @@ def bench(
             shares = training_profile(methods, 10_000 if quick else 50_000, advance)
         print_table(shares.round(1).rename_axis("part").reset_index(), "own time of each part of a training, percent")
         return
+    made = provenance()
     with progress("parts") as advance:
         speeds = benchmark(methods, quick, advance)
     if out is not None:
         growth = json.loads(speeds.growth.to_json(orient="records"))
-        write_json(out / "bench.json", {**provenance(), "quick": quick, "figures": speeds.figures, "growth": growth})
+        write_json(out / "bench.json", {**made, "quick": quick, "figures": speeds.figures, "growth": growth})
         save(growth_figure(speeds.growth), out, "growth", (".png",))
     print_figures(speeds.figures, as_json, "speed on one core")
     if not as_json:
