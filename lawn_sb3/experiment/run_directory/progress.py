@@ -8,7 +8,7 @@ Stable-Baselines3 records. All but the first may have gaps.
 import csv
 import shutil
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +71,8 @@ class TensorBoardCurve(TensorBoardOutputFormat):
     def __init__(self, folder: Path, before: Sequence[Mapping[str, str]] = ()) -> None:
         shutil.rmtree(folder, ignore_errors=True)  # else rows that came after the checkpoint would be there twice
         self.folder = folder
-        threading.excepthook = _all_but_tensorboard
+        if not isinstance(threading.excepthook, _AllButTensorBoard):
+            threading.excepthook = _AllButTensorBoard(threading.excepthook)
         with named(folder):
             super().__init__(str(folder))
         for row in before:
@@ -94,10 +95,18 @@ class TensorBoardCurve(TensorBoardOutputFormat):
             super().close()
 
 
-def _all_but_tensorboard(failure: threading.ExceptHookArgs) -> None:
-    """Tell of what a thread ended by, but for the one that writes events: the next write raises its error again."""
-    if not type(failure.thread).__module__.startswith("tensorboard."):
-        threading.__excepthook__(failure)
+class _AllButTensorBoard:
+    """Tells of what a thread ended by, but for the one that writes events: the next write raises its error again.
+
+    :param tell: who is told of the others
+    """
+
+    def __init__(self, tell: Callable[[threading.ExceptHookArgs], object]) -> None:
+        self.tell = tell
+
+    def __call__(self, failure: threading.ExceptHookArgs) -> None:
+        if not type(failure.thread).__module__.startswith("tensorboard."):
+            self.tell(failure)
 
 
 def read_progress(cell: Cell) -> pd.DataFrame:
