@@ -1,5 +1,6 @@
 """The pages that users read, and what is in them."""
 
+import csv
 import re
 from pathlib import Path
 
@@ -37,3 +38,15 @@ def reference(name: str) -> Path:
     """A file of the reports kept with the code, such as ``paper/table2.md``."""
     recipe, file = name.split("/")
     return REPOSITORY / "runs" / "reference" / recipe / "report" / file
+
+
+def kept(name: str, quantity: str, **only: str) -> dict[str, float]:
+    """A column of a kept report's table, by its first column or by method; of rows with certain values alone."""
+    with reference(f"{name}.csv").open(encoding="utf-8", newline="") as file:
+        rows = [row for row in csv.DictReader(file) if all(row[key] == value for key, value in only.items())]
+    return {row.get("key") or next(iter(row.values())): float(row[quantity]) for row in rows if row[quantity]}
+
+
+def says(page: str, *sentences: str) -> None:
+    text = prose(page).replace("**", "")
+    assert [sentence for sentence in sentences if sentence not in text] == []
