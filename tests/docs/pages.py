@@ -48,5 +48,6 @@ def kept(name: str, quantity: str, **only: str) -> dict[str, float]:
 
 
 def says(page: str, *sentences: str) -> None:
+    """Check that a page has all of the sentences, emphasis aside."""
     text = prose(page).replace("**", "")
     assert [sentence for sentence in sentences if sentence not in text] == []
