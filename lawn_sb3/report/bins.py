@@ -14,3 +14,12 @@ def co_served_bounds(num_uavs: int) -> tuple[float, ...]:
     """
     step = max(math.ceil((num_uavs - 1) / MOST_BINS), 1)
     return tuple(float(bound) for bound in range(0, num_uavs - 1 + step, step))
+
+
+def most_shown(num_uavs: int, most_seen: float) -> int:
+    """The most UAVs in a cell that a figure has room for: all N, or in swarms as many as ever were in one.
+
+    :param num_uavs: UAVs of an episode N
+    :param most_seen: the highest cell load that there was
+    """
+    return num_uavs if num_uavs <= MOST_BINS + 1 else max(min(math.ceil(most_seen), num_uavs), 2)

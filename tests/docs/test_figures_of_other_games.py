@@ -10,6 +10,7 @@ from lawn_sb3.experiment.recipe import load_recipe
 from lawn_sb3.experiment.registry import REPOSITORY
 from lawn_sb3.paper.identification import Identification, as_markdown
 from lawn_sb3.paper.identification.allowed import consistent
+from lawn_sb3.results.statistics import crossed_t
 from tests.docs.pages import PAGES, kept, reference, says, table_rows
 
 
@@ -103,7 +104,17 @@ def test_the_comparison_in_the_airspace_as_printed() -> None:
     }
     learners = ("iql", "qmix", "mappo", "mappo-state", "mappo-local")
     assert all(rows[key]["success_percent"] > 99.9 for key in learners)
-    assert all(rows[key]["utility_mbps"] < rows["shortest-path"]["utility_mbps"] + 0.01 for key in learners)
+    straight, *others = (
+        np.stack(
+            [
+                pd.read_csv(path).groupby("episode")["utility_mbps"].mean()
+                for path in sorted((REPOSITORY / "runs/reference/as_printed" / key).glob("seed-*/evaluation.csv"))
+            ]
+        )
+        for key in ("shortest-path", *learners)
+    )
+    leads = [crossed_t(utilities, straight).interval for utilities in others]
+    assert all(lead.low < 0.0 for lead in leads)  # none is measurably ahead
     state, clock = rows["mappo-state"], rows["clock"]
     says(
         "docs/as-printed.md",

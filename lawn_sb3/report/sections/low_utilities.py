@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from lawn_sb3.experiment.run_directory.reading import TOLERANCE
 from lawn_sb3.game.fairness import gini, jain_index, nash_welfare
-from lawn_sb3.report.bins import co_served_bounds
+from lawn_sb3.report.bins import co_served_bounds, most_shown
 from lawn_sb3.report.cdf import planners
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, error_bars, legend_below, mark_cut, markers, use_house_style
@@ -173,7 +173,8 @@ def binned(results: Results, cause: Cause) -> tuple[pd.Series, list[str]]:
     """The index of each UAV-mission's bin, by the mean number of others in its cell or by T/T_min, and their names."""
     rows = results.episodes
     if cause == "co_served":
-        bounds = co_served_bounds(results.recipe.game().num_uavs)
+        most = most_shown(results.recipe.game().num_uavs, rows["mean_cell_load"].max())
+        bounds = co_served_bounds(most)
         return _bins(rows["mean_cell_load"] - 1.0, bounds), _names(bounds)
     names = [*_names(DETOURS), FAILED]
     return _bins(rows["slots"] / rows["min_slots"], DETOURS).where(rows["arrived"], len(names) - 1), names

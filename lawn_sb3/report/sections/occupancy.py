@@ -9,8 +9,9 @@ import seaborn as sns
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
-from lawn_sb3.report.bins import co_served_bounds
+from lawn_sb3.report.bins import co_served_bounds, most_shown
 from lawn_sb3.report.section import Picture, Section
 from lawn_sb3.report.style import colours, legend_below, panels, title_of, use_house_style
 from lawn_sb3.results.results import Results
@@ -55,18 +56,21 @@ def _figure(results: Results) -> Figure:
     """A panel for each method; stacked steps are UAVs by the load of their cell, mean over episodes and seeds."""
     use_house_style()
     methods, last, num_uavs = results.methods_in(results.slots), shown_slots(results), results.recipe.game().num_uavs
-    palette, groups = colours(results.recipe.methods), load_groups(num_uavs)
+    palette, by_method = colours(results.recipe.methods), {key: occupancy(results, key) for key in methods}
+    seen = [load for loads in by_method.values() for load in range(1, num_uavs + 1) if loads[f"load_{load}"].any()]
+    groups = load_groups(most_shown(num_uavs, max(seen, default=1)))
     shades = sns.color_palette("Purples", len(groups) + 1)[1:]  # one hue from light to dark: none is a method's
     figure = Figure(layout="constrained")
     axes = panels(figure, len(methods), 2.3, 2.0, "slot", "UAVs flying\n(mean an episode)")
     for ax, (key, method) in zip(axes, methods.items(), strict=True):
-        loads = occupancy(results, key)
+        loads = by_method[key]
         _draw(ax, [loads[[f"load_{k}" for k in group]].sum(axis=1) for group in groups], last, shades)
         _note(ax, loads, last)
         ax.set(xlim=(0.5, last + 0.5), ylim=(0, num_uavs))
+        ax.xaxis.set_major_locator(MaxNLocator("auto", steps=[1, 2, 2.5, 5, 10], integer=True))
         title_of(ax, method.label, palette[key])
     handles = [Patch(facecolor=shade, label=_text(loads)) for loads, shade in zip(groups, shades, strict=True)]
-    legend_below(figure, handles, 2.0)
+    legend_below(figure, handles, 2.0 if max(map(len, groups)) == 1 else 2.6)
     return figure
 
 

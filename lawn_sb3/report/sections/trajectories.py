@@ -42,9 +42,9 @@ MOST_GRID_LINES = 31
 
 
 def section(results: Results) -> Section | None:
-    """A typical episode as all methods fly it whose UAVs meet."""
+    """A typical episode as all methods fly it whose UAVs meet; none of swarms, whose paths nobody could tell apart."""
     joint = results.without_bound()
-    if not len(joint.paths):
+    if not len(joint.paths) or results.recipe.game().num_uavs > len(UAV_COLOURS) * len(UAV_LINES):
         return None
     episode = typical_episode(joint)
     caption = _caption(episode)

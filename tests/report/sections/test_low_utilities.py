@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from lawn_sb3.experiment.cell import Cell
 from lawn_sb3.experiment.recipe import Recipe
-from lawn_sb3.report.bins import co_served_bounds
+from lawn_sb3.report.bins import co_served_bounds, most_shown
 from lawn_sb3.report.section import Picture
 from lawn_sb3.report.sections.low_utilities import CAUSES, FRONTIER, Cause, binned, fairness, frontier, section
 from lawn_sb3.report.table import Table
@@ -253,3 +253,8 @@ def test_methods_that_do_not_plan_are_drawn_again_at_their_own_scale_if_there_ar
     assert list(points(closer, 2)) == ["Random", "Shortest-path"]
     assert "(c, d): the same closer, without all planners but straight flight." in picture_of(closer).caption
     assert "(c, d)" not in picture_of(four).caption
+
+
+def test_in_swarms_bins_end_where_loads_do() -> None:
+    assert [most_shown(num_uavs, 3.2) for num_uavs in (4, 8, 64)] == [4, 8, 4]
+    assert most_shown(64, 100.0) == 64

@@ -105,3 +105,21 @@ def test_real_runs_are_drawn_as_their_files_say(recipe: Recipe, small_cells: lis
     heights = drawn(panels["Random"])[1]
     assert heights == pytest.approx(mean[: len(heights)])
     assert "6 test episodes of each of 2 seeds" in picture_in(section(results), "cell_loads").caption
+
+
+def test_in_swarms_no_group_is_above_the_loads_that_occur_and_the_legend_has_room() -> None:
+    # 64 UAVs, never more than 5 in a cell: five groups of one load each, not eight of nine loads.
+    recipe = recipe_of(64, ("a",))
+    columns = {f"load_{k}": float(k <= 5) for k in range(1, 65)}
+    results = results_of(
+        recipe,
+        flown("a", 0, 64, slots=[1] * 64),
+        slots=pd.DataFrame([{"method": "a", "seed": 0, "slot": 1, **columns}]),
+    )
+    picture = picture_in(section(results), "cell_loads")
+    (legend,) = picture.figure.legends
+    assert [text.get_text() for text in legend.get_texts()][-1] == "5 UAVs in the cell"
+    picture.figure.draw_without_rendering()
+    shown = legend.get_window_extent()
+    assert shown.x0 >= 0.0
+    assert shown.x1 <= picture.figure.bbox.x1

@@ -180,3 +180,10 @@ def test_an_airspace_too_fine_for_grid_lines_is_drawn_without(small: Results) ->
     figure = from_above(results).figure
     assert not [line for line in figure.axes[0].lines if line.get_color() == "0.93"]
     assert [line for line in from_above(small).figure.axes[0].lines if line.get_color() == "0.93"]
+
+
+@pytest.mark.parametrize("num_uavs", [15, 16])
+def test_paths_are_drawn_as_long_as_uavs_can_be_told_apart(num_uavs: int) -> None:
+    paths = pd.concat([still("a", 0, 0, 1).assign(uav=uav) for uav in range(num_uavs)])
+    rows = flown("a", 0, num_uavs, slots=[1] * num_uavs)
+    assert (section(results_of(recipe_of(num_uavs, ("a",)), rows, paths=paths)) is None) == (num_uavs > 15)
